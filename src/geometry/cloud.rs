@@ -1,0 +1,72 @@
+use super::Vec3;
+
+/// The rows and columns of an organised cloud.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// Points in a row.
+    pub width: usize,
+    /// Number of rows.
+    pub height: usize,
+}
+
+/// The finite points of a cloud, and where they stood in the input.
+///
+/// Input points with a NaN or infinite coordinate (the holes of an organised cloud among them) are
+/// not stored; they are counted, and labelled -1 in every answer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointCloud {
+    /// The finite points in input order, in the input's unit.
+    pub points: Vec<Vec3>,
+    /// The input index of each stored point, ascending; `None` where nothing was skipped.
+    pub input_index: Option<Vec<u32>>,
+    /// How many points the input had, skipped ones included.
+    pub input_len: usize,
+    /// Rows and columns, where the input was organised.
+    pub grid: Option<Grid>,
+}
+
+impl PointCloud {
+    /// Keeps the finite points of `points` and remembers the input index of each.
+    pub fn from_points(mut points: Vec<Vec3>) -> Self {
+        let input_len = points.len();
+        let finite = |p: &Vec3| p.x.is_finite() && p.y.is_finite() && p.z.is_finite();
+        if points.iter().all(finite) {
+            return Self { points, input_index: None, input_len, grid: None };
+        }
+        let index = (0u32..).zip(&points).filter(|(_, p)| finite(p)).map(|(i, _)| i).collect();
+        points.retain(finite);
+        Self { points, input_index: Some(index), input_len, grid: None }
+    }
+
+    /// How many input points were left out because a coordinate was not finite.
+    pub fn skipped(&self) -> usize {
+        self.input_len - self.points.len()
+    }
+
+    /// Spreads labels of the stored points over all input points; skipped ones get -1.
+    pub fn labels_in_input_order(&self, labels: Vec<i32>) -> Vec<i32> {
+        let Some(index) = &self.input_index else { return labels };
+        let mut all = vec![-1; self.input_len];
+        for (&i, label) in index.iter().zip(labels) {
+            all[i as usize] = label;
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_that_are_not_finite_are_left_out_and_labelled_minus_one() {
+        let cloud = PointCloud::from_points(vec![
+            Vec3::new(1.0, 2.0, 3.0),
+            Vec3::new(f64::NAN, 0.0, 0.0),
+            Vec3::new(4.0, 5.0, f64::INFINITY),
+            Vec3::new(7.0, 8.0, 9.0),
+        ]);
+        assert_eq!((cloud.points.len(), cloud.skipped()), (2, 2));
+        assert_eq!(cloud.labels_in_input_order(vec![5, 6]), [5, -1, -1, 6]);
+    }
+}

@@ -1,0 +1,23 @@
+//! Values: points and clouds, the general quadric, the explicit surfaces, and their distances.
+
+mod cloud;
+mod quadric;
+mod surface;
+
+pub use cloud::{Grid, PointCloud};
+pub use quadric::{Quadric, Scale};
+pub use surface::{
+    Cone, Cylinder, Ellipsoid, EllipticCylinder, Plane, Sphere, Surface, SurfaceType, Torus,
+};
+
+/// A point or a direction in the input's unit.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A 3 x 3 matrix.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// Two unit vectors that make a right-handed frame (u, v, w) with the unit vector `w`.
+pub fn perpendicular_frame(w: &Vec3) -> (Vec3, Vec3) {
+    let helper = if w.z.abs() < 0.9 { Vec3::z() } else { Vec3::x() };
+    let u = w.cross(&helper).normalize();
+    (u, w.cross(&u))
+}

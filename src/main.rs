@@ -1,0 +1,3 @@
+//! The `conicoid` command.
+
+fn main() {}

@@ -1,0 +1,16 @@
+//! The whole method, in the order of the seed's Figure 1: parameters, seeds, grow, extract, merge,
+//! refine, report.
+
+mod monitor;
+mod parameters;
+mod pipeline;
+mod report;
+
+pub use monitor::{Cancelled, Monitor, Silent, Stage};
+pub use parameters::{
+    Method, PARAMETERS, ParameterError, ParameterKind, ParameterSpec, Parameters,
+};
+pub use pipeline::{SegmentError, segment};
+pub use report::{
+    Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Segmentation, Unassigned,
+};

