@@ -100,66 +100,78 @@ impl SurfaceType {
 }
 
 /// The plane through `point` with the unit vector `normal`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Plane {
     /// A point of the plane.
+    #[schema(value_type = [f64; 3])]
     pub point: Vec3,
     /// Unit normal.
+    #[schema(value_type = [f64; 3])]
     pub normal: Vec3,
 }
 
 /// The sphere about `center`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Sphere {
     /// Centre.
+    #[schema(value_type = [f64; 3])]
     pub center: Vec3,
     /// Radius > 0.
     pub radius: f64,
 }
 
 /// The right circular cylinder about an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Cylinder {
     /// A point of the axis.
+    #[schema(value_type = [f64; 3])]
     pub axis_point: Vec3,
     /// Unit direction of the axis.
+    #[schema(value_type = [f64; 3])]
     pub axis_direction: Vec3,
     /// Radius > 0.
     pub radius: f64,
 }
 
 /// The cylinder over an ellipse.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct EllipticCylinder {
     /// A point of the axis.
+    #[schema(value_type = [f64; 3])]
     pub axis_point: Vec3,
     /// Unit direction of the axis.
+    #[schema(value_type = [f64; 3])]
     pub axis_direction: Vec3,
     /// Semi-axes of the section, the larger first.
     pub semi_axes: [f64; 2],
     /// Unit directions of the semi-axes; right-handed with the axis.
+    #[schema(value_type = [[f64; 3]; 2])]
     pub semi_axis_directions: [Vec3; 2],
 }
 
 /// The right circular cone; points of it lie on the side of `axis_direction` from the apex.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Cone {
     /// The apex.
+    #[schema(value_type = [f64; 3])]
     pub apex: Vec3,
     /// Unit direction from the apex into the cone.
+    #[schema(value_type = [f64; 3])]
     pub axis_direction: Vec3,
     /// Angle between the axis and the surface, in radians, in (0, pi/2).
     pub half_angle: f64,
 }
 
 /// The ellipsoid about `center`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Ellipsoid {
     /// Centre.
+    #[schema(value_type = [f64; 3])]
     pub center: Vec3,
     /// Semi-axes, the largest first.
     pub semi_axes: [f64; 3],
     /// Unit directions of the semi-axes, right-handed.
+    #[schema(value_type = [[f64; 3]; 3])]
     pub semi_axis_directions: [Vec3; 3],
 }
 
@@ -177,7 +189,7 @@ pub struct Torus {
 }
 
 /// A reported surface in engineering terms; lengths in the input's unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(untagged)]
 pub enum Surface {
     /// A plane.

@@ -15,7 +15,7 @@ pub enum Method {
 /// Every parameter of a segmentation. Lengths are in the input's unit, angles in radians.
 ///
 /// `PARAMETERS` holds each one's name, unit, range and meaning; all transports read that table.
-#[derive(Clone, Debug, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Parameters {
     /// Which policies to run with.
     pub method: Method,

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Parameters;
 use crate::geometry::{Scale, Surface, SurfaceType};
@@ -22,7 +22,7 @@ pub struct Segmentation {
 }
 
 /// One surface and its points.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Region {
     /// The label of its points.
     pub id: usize,
@@ -40,6 +40,7 @@ pub struct Region {
     pub surface: Option<Surface>,
     /// Standard deviation of each engineering parameter, by its name, and `covariance`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Object>)]
     pub uncertainty: Option<serde_json::Value>,
     /// How well the points fit.
     pub fit: Fit,
@@ -54,7 +55,7 @@ pub struct Region {
 }
 
 /// Distances of a region's points from its surface, in the input's unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Fit {
     /// Root mean square.
     pub rms: f64,
@@ -67,7 +68,7 @@ pub struct Fit {
 }
 
 /// How sure the choice of the type is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Evidence {
     /// The next best type.
     pub runner_up: SurfaceType,
@@ -76,7 +77,7 @@ pub struct Evidence {
 }
 
 /// Where a region lies.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Extent {
     /// Smallest coordinates of its points.
     pub min: [f64; 3],
@@ -85,7 +86,7 @@ pub struct Extent {
 }
 
 /// How two surfaces meet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub enum Continuity {
     /// They meet at an edge.
     G0,
@@ -94,7 +95,7 @@ pub enum Continuity {
 }
 
 /// A region that touches another.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Neighbour {
     /// The other region's id.
     pub region: usize,
@@ -114,7 +115,7 @@ pub struct Unassigned {
 }
 
 /// How much work the method did.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Counters {
     /// Seeds tried.
     pub trials: usize,
@@ -123,7 +124,7 @@ pub struct Counters {
     /// Regions joined to another.
     pub merges: usize,
     /// `rcond` only: points added in each extraction cycle, one list a region.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub extraction_cycles: Vec<Vec<usize>>,
     /// `rcond` only: how often each reseeding strategy went on, in the seed's order.
     #[serde(skip_serializing_if = "Option::is_none")]
