@@ -1,0 +1,115 @@
+use super::Format;
+
+/// Why bytes could not be read as a point cloud, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FormatError {
+    /// There are no bytes.
+    #[error("the input is empty: send the bytes of a point cloud file")]
+    Empty,
+    /// The format was not named and the bytes look like none that is known.
+    #[error(
+        "the format cannot be told from the first bytes ({start}): name it; known formats are \
+         ply, xyz (text, csv), pcd, las (laz), e57, stl and obj"
+    )]
+    Unknown {
+        /// The first bytes, made printable.
+        start: String,
+    },
+    /// The header is not what the format prescribes.
+    #[error("the {format} header is wrong at line {line}: {reason}")]
+    Header {
+        /// The format read.
+        format: Format,
+        /// Line of the file, from 1.
+        line: usize,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The header announces more than the file holds.
+    #[error(
+        "the {format} file ends too early: its header announces {announced} points, the data \
+         behind it holds at most {found}; send the whole file or correct the header"
+    )]
+    Truncated {
+        /// The format read.
+        format: Format,
+        /// Points announced.
+        announced: u64,
+        /// Points there can be at most.
+        found: u64,
+    },
+    /// A coordinate is not a number.
+    #[error("line {line} of the {format} file has {text:?} where a number is needed")]
+    BadNumber {
+        /// The format read.
+        format: Format,
+        /// Line of the file, from 1.
+        line: usize,
+        /// What stands there, cut to a few characters.
+        text: String,
+    },
+    /// A line has fewer columns than a point needs.
+    #[error("line {line} of the {format} file has {found} columns; a point needs {needed}")]
+    TooFewColumns {
+        /// The format read.
+        format: Format,
+        /// Line of the file, from 1.
+        line: usize,
+        /// Columns there.
+        found: usize,
+        /// Columns up to the last coordinate.
+        needed: usize,
+    },
+    /// No field of the file holds coordinates.
+    #[error("the {format} file has no coordinates: it needs fields x, y and z; it has {found}")]
+    NoCoordinates {
+        /// The format read.
+        format: Format,
+        /// The fields there are.
+        found: String,
+    },
+    /// The file is in order but has no points.
+    #[error("the {format} file has no points")]
+    NoPoints {
+        /// The format read.
+        format: Format,
+    },
+    /// Every point has a coordinate that is NaN or infinite.
+    #[error("none of the {points} points has three finite coordinates")]
+    NoFinitePoints {
+        /// Points in the file.
+        points: usize,
+    },
+    /// More points than the limit.
+    #[error(
+        "the cloud has {points} points or more and the limit is {limit}: thin it out, or raise \
+         the limit"
+    )]
+    TooManyPoints {
+        /// Points announced, or read before the reader stopped.
+        points: u64,
+        /// The limit.
+        limit: usize,
+    },
+    /// The bytes break the format in some other way.
+    #[error("the {format} file is damaged: {reason}")]
+    Damaged {
+        /// The format read.
+        format: Format,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A variant of the format that is not read.
+    #[error("this {format} file needs {what}, which is not supported")]
+    Unsupported {
+        /// The format read.
+        format: Format,
+        /// The feature.
+        what: String,
+    },
+}
+
+/// `bytes` as a short printable text for an error.
+pub(super) fn excerpt(bytes: &[u8]) -> String {
+    bytes.iter().take(24).flat_map(|&b| std::ascii::escape_default(b)).map(char::from).collect()
+}

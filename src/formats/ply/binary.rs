@@ -1,0 +1,120 @@
+use super::super::{
+    Format, FormatError, Limits,
+    scalar::{Column, Endian, decode_records},
+};
+use super::header::{Element, Header, Kind, Vertex};
+use crate::geometry::Vec3;
+
+/// Reads the vertices of a binary body.
+pub(super) fn read(
+    bytes: &[u8],
+    header: &Header,
+    vertex: &Vertex,
+    endian: Endian,
+    limits: &Limits,
+) -> Result<Vec<Vec3>, FormatError> {
+    let mut body = Body { rest: &bytes[header.body..], endian };
+    let element = &header.elements[vertex.element];
+    for other in &header.elements[..vertex.element] {
+        body.skip(other).ok_or_else(|| truncated(element.count, 0))?;
+    }
+    match element.stride() {
+        Some(stride) => fixed(&body, element, vertex, stride, limits),
+        None => varying(&mut body, element, vertex, limits),
+    }
+}
+
+fn truncated(announced: u64, found: u64) -> FormatError {
+    FormatError::Truncated { format: Format::Ply, announced, found }
+}
+
+/// Records of one length.
+fn fixed(
+    body: &Body,
+    element: &Element,
+    vertex: &Vertex,
+    stride: usize,
+    limits: &Limits,
+) -> Result<Vec<Vec3>, FormatError> {
+    let available = (body.rest.len() / stride) as u64;
+    if element.count > available {
+        return Err(truncated(element.count, available));
+    }
+    limits.check(element.count)?;
+    let columns = vertex.coordinates.map(|place| column(element, place));
+    let records = &body.rest[..element.count as usize * stride];
+    Ok(decode_records(records, stride, body.endian, columns))
+}
+
+/// The column of the scalar property at `place` of an element without lists.
+fn column(element: &Element, place: usize) -> Column {
+    let size = |kind| match kind {
+        Kind::Scalar(scalar) | Kind::List { item: scalar, .. } => scalar.size(),
+    };
+    let offset = element.properties[..place].iter().map(|p| size(p.kind)).sum();
+    let (Kind::Scalar(scalar) | Kind::List { item: scalar, .. }) = element.properties[place].kind;
+    Column { scalar, offset }
+}
+
+/// Records with lists in them: each is walked.
+fn varying(
+    body: &mut Body,
+    element: &Element,
+    vertex: &Vertex,
+    limits: &Limits,
+) -> Result<Vec<Vec3>, FormatError> {
+    let mut points = Vec::new();
+    while (points.len() as u64) < element.count {
+        limits.check(points.len() as u64 + 1)?;
+        let point = body.record(element, vertex.coordinates);
+        points.push(point.ok_or_else(|| truncated(element.count, points.len() as u64))?);
+    }
+    Ok(points)
+}
+
+/// The bytes not yet read.
+struct Body<'a> {
+    rest: &'a [u8],
+    endian: Endian,
+}
+
+impl Body<'_> {
+    fn advance(&mut self, bytes: usize) -> Option<()> {
+        self.rest = self.rest.get(bytes..)?;
+        Some(())
+    }
+
+    /// Passes over a whole element; `None` where the bytes end first.
+    fn skip(&mut self, element: &Element) -> Option<()> {
+        if let Some(stride) = element.stride() {
+            return self.advance(usize::try_from(element.count).ok()?.checked_mul(stride)?);
+        }
+        for _ in 0..element.count {
+            element.properties.iter().try_for_each(|p| self.property(p.kind).map(drop))?;
+        }
+        Some(())
+    }
+
+    /// Passes over one property and gives the scalar's value (the count for a list).
+    fn property(&mut self, kind: Kind) -> Option<f64> {
+        let (Kind::Scalar(scalar) | Kind::List { count: scalar, .. }) = kind;
+        let value = scalar.read(self.endian, self.rest)?;
+        self.advance(scalar.size())?;
+        if let Kind::List { item, .. } = kind {
+            // a negative count becomes zero: the list is empty
+            self.advance((value as usize).checked_mul(item.size())?)?;
+        }
+        Some(value)
+    }
+
+    fn record(&mut self, element: &Element, coordinates: [usize; 3]) -> Option<Vec3> {
+        let mut point = Vec3::zeros();
+        for (place, property) in element.properties.iter().enumerate() {
+            let value = self.property(property.kind)?;
+            if let Some(axis) = coordinates.iter().position(|&c| c == place) {
+                point[axis] = value;
+            }
+        }
+        Some(point)
+    }
+}

@@ -1,0 +1,79 @@
+use super::{Format, FormatError, error::excerpt, ply, xyz};
+use crate::geometry::PointCloud;
+
+/// How large an input may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Largest number of points, those with NaN coordinates included.
+    pub max_points: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { max_points: 100_000_000 }
+    }
+}
+
+impl Limits {
+    /// Refuses a number of points above the limit.
+    pub(super) fn check(&self, points: u64) -> Result<(), FormatError> {
+        // input indices are 32-bit numbers, whatever the setting says
+        let limit = self.max_points.min(u32::MAX as usize);
+        if points > limit as u64 {
+            return Err(FormatError::TooManyPoints { points, limit });
+        }
+        Ok(())
+    }
+}
+
+/// Reads a point cloud; the format is told from the bytes where `format` is `None`.
+///
+/// Points with a NaN or infinite coordinate are counted and left out; see [`PointCloud`].
+///
+/// # Errors
+/// The bytes are no cloud of that format, hold no finite point, or exceed `limits`.
+pub fn read(
+    bytes: &[u8],
+    format: Option<Format>,
+    limits: &Limits,
+) -> Result<PointCloud, FormatError> {
+    if bytes.is_empty() {
+        return Err(FormatError::Empty);
+    }
+    let unknown = || FormatError::Unknown { start: excerpt(bytes) };
+    let format = format.or_else(|| Format::detect(bytes)).ok_or_else(unknown)?;
+    let cloud = match format {
+        Format::Ply => ply::read(bytes, limits),
+        Format::Xyz => xyz::read(bytes, limits),
+        _ => Err(FormatError::Unsupported { format, what: "a reader".into() }),
+    }?;
+    if cloud.input_len == 0 {
+        return Err(FormatError::NoPoints { format });
+    }
+    if cloud.points.is_empty() {
+        return Err(FormatError::NoFinitePoints { points: cloud.input_len });
+    }
+    Ok(cloud)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(bytes: &[u8], format: Option<Format>) -> FormatError {
+        read(bytes, format, &Limits::default()).unwrap_err()
+    }
+
+    #[test]
+    fn what_holds_no_point_is_refused() {
+        assert_eq!(error(b"", None), FormatError::Empty);
+        let start = "<html>".to_string();
+        assert_eq!(error(b"<html>", None), FormatError::Unknown { start });
+        let format = Format::Xyz;
+        assert_eq!(error(b"# nothing\n", Some(format)), FormatError::NoPoints { format });
+        assert_eq!(
+            error(b"nan nan nan\ninf 0 0\n", None),
+            FormatError::NoFinitePoints { points: 2 }
+        );
+    }
+}
