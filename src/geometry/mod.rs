@@ -1,11 +1,17 @@
 //! Values: points and clouds, the general quadric, the explicit surfaces, and their distances.
 
+mod classify;
 mod cloud;
+mod frame;
 mod quadric;
+mod recover;
 mod surface;
 
+pub use classify::{CanonicalForm, QuadricType, classify};
 pub use cloud::{Grid, PointCloud};
+pub use frame::Frame;
 pub use quadric::{Quadric, Scale};
+pub use recover::{Recovered, Tolerance, recover};
 pub use surface::{
     Cone, Cylinder, Ellipsoid, EllipticCylinder, Plane, Sphere, Surface, SurfaceType, Torus,
 };
