@@ -6,6 +6,8 @@
 //! `cli` is the command line. Imports point one way, in that order; the first five are synchronous and
 //! silent (no clock, no threads of their own, no environment).
 
+pub mod fit;
 pub mod formats;
 pub mod geometry;
+pub mod grow;
 pub mod segment;

@@ -1,0 +1,22 @@
+//! Growing one region from a seed point (the seed's section 3.1): the pool of points, the region,
+//! the criterion, and the strategies by which growth goes on.
+
+mod criterion;
+mod farthest;
+mod growth;
+mod halfway;
+mod near_marker;
+mod neighbours;
+mod pool;
+mod region;
+mod strategy;
+
+pub use criterion::{RcondBelow, UNTESTED};
+pub use farthest::Farthest;
+pub use growth::{Grown, Growth};
+pub use halfway::Halfway;
+pub use near_marker::NearMarker;
+pub use neighbours::Neighbours;
+pub use pool::{Pool, PoolError};
+pub use region::Region;
+pub use strategy::Reseed;
