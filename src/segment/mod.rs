@@ -4,6 +4,9 @@
 mod monitor;
 mod parameters;
 mod pipeline;
+mod random;
+mod rcond;
+mod region;
 mod report;
 
 pub use monitor::{Cancelled, Monitor, Silent, Stage};

@@ -1,5 +1,7 @@
-use super::{Cancelled, Counters, Monitor, Parameters, Segmentation, Unassigned};
+use super::region::describe;
+use super::{Cancelled, Method, Monitor, Parameters, Segmentation, Stage, Unassigned, rcond};
 use crate::geometry::PointCloud;
+use crate::grow::PoolError;
 
 /// Why a segmentation could not be done.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -15,6 +17,9 @@ pub enum SegmentError {
         /// The smallest number that can make a region.
         needed: usize,
     },
+    /// The cloud has more points than the neighbour search can index.
+    #[error(transparent)]
+    TooManyPoints(#[from] PoolError),
 }
 
 /// Finds the quadric surfaces in `cloud`.
@@ -31,11 +36,34 @@ pub fn segment(
     if n < parameters.min_points {
         return Err(SegmentError::TooFewPoints { points: n, needed: parameters.min_points });
     }
-    Ok(Segmentation {
+    let found = match parameters.method {
+        Method::Rcond => rcond::find(&cloud.points, parameters, monitor)?,
+        Method::Distance => rcond::Found { labels: vec![-1; n], ..Default::default() },
+    };
+    monitor.progress(Stage::Report, 0.95);
+    Ok(report(cloud, parameters, found))
+}
+
+fn report(cloud: &PointCloud, parameters: &Parameters, found: rcond::Found) -> Segmentation {
+    let mut points = vec![Vec::new(); found.surfaces.len()];
+    for (point, &label) in cloud.points.iter().zip(&found.labels) {
+        if let Some(of_region) = usize::try_from(label).ok().and_then(|l| points.get_mut(l)) {
+            of_region.push(*point);
+        }
+    }
+    let regions = found
+        .surfaces
+        .iter()
+        .zip(&points)
+        .enumerate()
+        .filter_map(|(id, (surface, points))| describe(id, &surface.quadric, points))
+        .collect();
+    let count = found.labels.iter().filter(|l| **l < 0).count();
+    Segmentation {
         parameters: parameters.clone(),
-        regions: Vec::new(),
-        labels: vec![-1; n],
-        unassigned: Unassigned { count: n, reasons: [("no_quadric", n)].into() },
-        counters: Counters::default(),
-    })
+        regions,
+        labels: found.labels,
+        unassigned: Unassigned { count, reasons: [("no_quadric", count)].into() },
+        counters: found.counters,
+    }
 }

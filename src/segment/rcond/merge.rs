@@ -1,0 +1,49 @@
+use super::{DirectSurface, Found};
+use crate::geometry::Vec3;
+
+/// The share of each region's points that must lie on the joint surface. The seed asks for all;
+/// a few leaked over a joint by the extraction must not keep two halves apart.
+const ON_JOINT_SURFACE: f64 = 0.95;
+
+/// The seed's merging of over-segmented regions (section 3.2): two regions whose joint surface takes the
+/// points of both become one. Pairs are tried until none merges; the earlier region stays.
+pub fn merge(found: &mut Found, points: &[Vec3], threshold: f64) {
+    let mut members = found.members(points);
+    let mut first = 0;
+    while first < found.surfaces.len() {
+        let partner = (first + 1..found.surfaces.len()).find_map(|second| {
+            let pair = [&members[first], &members[second]];
+            let surfaces = [&found.surfaces[first], &found.surfaces[second]];
+            joint(surfaces, pair, threshold).map(|surface| (second, surface))
+        });
+        match partner {
+            Some((second, surface)) => {
+                found.surfaces[first] = surface;
+                found.surfaces.remove(second);
+                let moved = members.remove(second);
+                members[first].extend(moved);
+                found.relabel_merged(first, second);
+                found.counters.merges += 1;
+            }
+            None => first += 1,
+        }
+    }
+}
+
+/// The common surface of two regions, where there is one. Their scatter matrices add, so only pairs
+/// that may well belong together cost a pass over their points.
+fn joint(
+    surfaces: [&DirectSurface; 2],
+    points: [&Vec<Vec3>; 2],
+    threshold: f64,
+) -> Option<DirectSurface> {
+    let [a, b] = surfaces;
+    let scatter = a.scatter + b.scatter.moved(&b.frame, &a.frame);
+    let surface = DirectSurface::from_scatter(scatter, a.frame, a.first_two)?;
+    let on_it = |points: &Vec<Vec3>| {
+        let near = points.iter().filter(|p| surface.residual(p) <= threshold).count();
+        near as f64 >= ON_JOINT_SURFACE * points.len() as f64
+    };
+    (surface.mean_sq_residual() <= threshold * threshold && points.into_iter().all(on_it))
+        .then_some(surface)
+}

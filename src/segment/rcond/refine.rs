@@ -1,0 +1,83 @@
+use super::{DirectSurface, Found};
+use crate::geometry::{Quadric, Vec3};
+
+/// After so many rounds labels that still change are taken as they are.
+const MAX_ROUNDS: usize = 20;
+/// How far beyond its extracted points, as a share of their extent, a region may gain points.
+const REACH: f64 = 0.1;
+
+/// Settles the points that several surfaces accept. Extraction gives them to whichever region came
+/// first, so the first region of two that join smoothly reaches over the joint, by far more
+/// than the noise: the threshold is some tens of sigma.
+///
+/// Each point goes to the nearest of the surfaces that accept it (|x.a| <= t), the surfaces are
+/// fitted anew, and so on until no label changes. Regions left with fewer than `min_points` are
+/// dropped and their points settled again.
+pub fn refine(found: &mut Found, points: &[Vec3], threshold: f64, min_points: usize) {
+    for _ in 0..MAX_ROUNDS {
+        let labels = nearest_surfaces(found, points, threshold);
+        let changed = labels != found.labels;
+        found.labels = labels;
+        let dropped = refit(found, points, min_points);
+        if !changed && !dropped {
+            break;
+        }
+    }
+}
+
+/// A surface with the box its points may lie in.
+struct Reach {
+    min: Vec3,
+    max: Vec3,
+    surface: DirectSurface,
+    local: Quadric,
+}
+
+impl Reach {
+    fn of(surface: &DirectSurface, points: &[Vec3]) -> Self {
+        let min = points.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
+        let max = points.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
+        let margin = Vec3::repeat(REACH * (max - min).norm());
+        let local = surface.frame.local_quadric(&surface.quadric);
+        Self { min: min - margin, max: max + margin, surface: *surface, local }
+    }
+
+    /// Distance of a point that the surface accepts.
+    fn distance(&self, x: &Vec3, threshold: f64) -> Option<f64> {
+        let inside = (0..3).all(|k| x[k] >= self.min[k] && x[k] <= self.max[k]);
+        (inside && self.surface.residual(x) <= threshold).then(|| {
+            let frame = &self.surface.frame;
+            frame.scale * self.local.distance(&frame.local_from_world(x))
+        })
+    }
+}
+
+fn nearest_surfaces(found: &Found, points: &[Vec3], threshold: f64) -> Vec<i32> {
+    let members = found.members(points);
+    let reaches: Vec<_> =
+        found.surfaces.iter().zip(&members).map(|(s, m)| Reach::of(s, m)).collect();
+    let nearest = |x: &Vec3| {
+        reaches
+            .iter()
+            .zip(0..)
+            .filter_map(|(reach, label)| Some((reach.distance(x, threshold)?, label)))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(-1, |(_, label)| label)
+    };
+    points.iter().map(nearest).collect()
+}
+
+/// Fits every surface to its points; true where a region was dropped.
+fn refit(found: &mut Found, points: &[Vec3], min_points: usize) -> bool {
+    let members = found.members(points);
+    let fitted: Vec<_> = found
+        .surfaces
+        .iter()
+        .zip(&members)
+        .map(|(surface, members)| {
+            let enough = members.len() >= min_points;
+            enough.then(|| DirectSurface::fit(members.iter().copied(), surface.first_two)).flatten()
+        })
+        .collect();
+    found.keep(fitted)
+}

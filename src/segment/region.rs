@@ -1,0 +1,44 @@
+use super::{Extent, Fit, Region};
+use crate::geometry::{Frame, Quadric, Recovered, Tolerance, Vec3, recover};
+
+/// Writes down the region `id` of `points` with its surface in world coordinates.
+///
+/// `None` for points without a frame's worth of surface: an imaginary quadric, or two
+/// intersecting planes.
+pub fn describe(id: usize, quadric: &Quadric, points: &[Vec3]) -> Option<Region> {
+    let frame = Frame::of(points.iter().copied());
+    let Recovered { surface_type, surface } = recover(quadric, &frame, Tolerance::default())?;
+    let (scaled, coefficients_scale) = quadric.scaled();
+    Some(Region {
+        id,
+        surface_type,
+        point_count: points.len(),
+        coefficients: scaled.0,
+        coefficients_scale,
+        surface,
+        uncertainty: None,
+        fit: fit(quadric, &frame, points),
+        evidence: None,
+        extent: extent(points),
+        neighbours: Vec::new(),
+    })
+}
+
+/// Distances are taken in the local frame, where far coordinates cost no digits.
+fn fit(quadric: &Quadric, frame: &Frame, points: &[Vec3]) -> Fit {
+    let local = frame.local_quadric(quadric);
+    let (mut sum, mut max) = (0.0, 0.0_f64);
+    for p in points {
+        let distance = frame.scale * local.distance(&frame.local_from_world(p));
+        sum += distance * distance;
+        max = max.max(distance);
+    }
+    let rms = (sum / points.len().max(1) as f64).sqrt();
+    Fit { rms, max, used: points.len(), rejected: 0 }
+}
+
+fn extent(points: &[Vec3]) -> Option<Extent> {
+    let min = points.iter().copied().reduce(|a, b| a.inf(&b))?;
+    let max = points.iter().copied().reduce(|a, b| a.sup(&b))?;
+    Some(Extent { min: min.into(), max: max.into() })
+}
