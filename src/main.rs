@@ -1,3 +1,5 @@
 //! The `conicoid` command.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    conicoid::cli::main()
+}

@@ -1,0 +1,167 @@
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, IsTerminal, Read, Write},
+    num::NonZeroUsize,
+    path::{Path, PathBuf},
+    sync::Arc,
+    thread,
+};
+
+use clap::{
+    Arg, ArgMatches, Args, Command, FromArgMatches, builder::PossibleValuesParser, error::ErrorKind,
+};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::AnyError;
+use crate::{
+    formats::{Format, Limits},
+    jobs::Control,
+    segment::{ParameterKind, ParameterSpec},
+    service::{Document, Request, compute, specs},
+};
+
+/// One file and what to do with it.
+#[derive(Debug, Args)]
+pub struct SegmentArgs {
+    /// The point cloud; `-` reads standard input
+    cloud: PathBuf,
+    /// Where the result goes; standard output when absent or `-`
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Threads; one a processor when absent
+    #[arg(long, env = "CONICOID_THREADS", value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Most points of the cloud
+    #[arg(long, env = "CONICOID_MAX_POINTS", default_value_t = u32::MAX as usize, value_name = "N")]
+    max_points: usize,
+    #[command(flatten)]
+    request: RequestArgs,
+}
+
+/// The request, one flag a row of the parameter table.
+#[derive(Debug)]
+struct RequestArgs(Request);
+
+impl Args for RequestArgs {
+    fn augment_args(command: Command) -> Command {
+        command.args(specs().map(flag))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+/// The flag of one row.
+fn flag(spec: &'static ParameterSpec) -> Arg {
+    let long = spec.name.replace('_', "-");
+    let help = match spec.default {
+        Some(default) => format!("{} [default: {default}]", spec.help),
+        None => spec.help.to_owned(),
+    };
+    let arg = Arg::new(spec.name)
+        .long(long)
+        .help(help)
+        .env(format!("CONICOID_{}", spec.name.to_ascii_uppercase()))
+        .value_name(spec.unit.unwrap_or("VALUE").to_ascii_uppercase())
+        .allow_hyphen_values(true);
+    match spec.kind {
+        ParameterKind::Choice(words) => arg.value_parser(PossibleValuesParser::new(words)),
+        ParameterKind::Boolean => arg.num_args(0..=1).default_missing_value("true"),
+        _ => arg,
+    }
+}
+
+impl FromArgMatches for RequestArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut request = Self(Request::default());
+        request.update_from_arg_matches(matches)?;
+        Ok(request)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        for spec in specs() {
+            if let Some(value) = matches.get_one::<String>(spec.name) {
+                let set = self.0.set(spec.name, value);
+                set.map_err(|e| clap::Error::raw(ErrorKind::ValueValidation, format!("{e}\n")))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads, segments and writes.
+pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global()?;
+    }
+    let mut request = args.request.0.clone();
+    if request.format.is_none() {
+        let extension = args.cloud.extension().and_then(|e| e.to_str());
+        request.format = extension.and_then(Format::from_extension);
+    }
+    let bytes = read(&args.cloud)?;
+    let document = segment(&bytes, &request, args.max_points)?;
+    let shown = if request.labels { document } else { document.without_labels() };
+    write(args.output.as_deref(), &shown)
+}
+
+fn is_dash(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
+    let mut bytes = Vec::new();
+    if is_dash(path) {
+        io::stdin().lock().read_to_end(&mut bytes)?;
+        return Ok(bytes);
+    }
+    fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()).into())
+}
+
+fn segment(bytes: &[u8], request: &Request, max_points: usize) -> Result<Document, AnyError> {
+    let deadline = request.deadline.map(|limit| std::time::Instant::now() + limit);
+    let control = Control::new(deadline);
+    let bar = io::stderr().is_terminal().then(|| show_progress(&control));
+    let done = compute(bytes, request, &Limits { max_points }, &control);
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    Ok(done?)
+}
+
+/// A bar on the terminal that follows the run from a thread of its own.
+fn show_progress(control: &Arc<Control>) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:8} {wide_bar} {percent}%");
+    let bar =
+        ProgressBar::new(100).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let (shown, mut progress) = (bar.clone(), control.watch());
+    thread::spawn(move || {
+        while !shown.is_finished() {
+            if let Some(now) = *progress.borrow_and_update() {
+                shown.set_message(now.stage.name());
+                shown.set_position((now.fraction * 100.0) as u64);
+            }
+            thread::sleep(std::time::Duration::from_millis(50));
+        }
+    });
+    bar
+}
+
+fn write(path: Option<&Path>, document: &Document) -> Result<(), AnyError> {
+    match path.filter(|path| !is_dash(path)) {
+        None => write_to(io::stdout().lock(), document),
+        Some(path) => {
+            let file = File::create(path);
+            let file = file.map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+            write_to(file, document)
+        }
+    }
+}
+
+fn write_to(to: impl Write, document: &Document) -> Result<(), AnyError> {
+    let mut buffered = BufWriter::with_capacity(1 << 20, to);
+    serde_json::to_writer(&mut buffered, document)?;
+    buffered.write_all(b"\n")?;
+    Ok(buffered.flush()?)
+}

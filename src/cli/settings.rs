@@ -1,0 +1,128 @@
+use std::{net::SocketAddr, num::NonZeroUsize, time::Duration};
+
+use clap::{Args, ValueEnum};
+
+use crate::{grpc::GrpcConfig, http::HttpConfig, jobs::PoolConfig, service::ServiceConfig};
+
+/// Every setting of the service; what stands here is its reference.
+#[derive(Clone, Debug, Args)]
+pub struct Settings {
+    /// Address of the HTTP interface; port 0 takes any free one
+    #[arg(long, env = "CONICOID_HTTP", default_value = "127.0.0.1:8080", value_name = "ADDR")]
+    pub http: SocketAddr,
+    /// Address of the gRPC interface
+    #[arg(long, env = "CONICOID_GRPC", default_value = "127.0.0.1:50051", value_name = "ADDR")]
+    pub grpc: SocketAddr,
+    /// Address of the operators' listener (/livez, /readyz); always plain text
+    #[arg(long, env = "CONICOID_ADMIN", default_value = "127.0.0.1:9090", value_name = "ADDR")]
+    pub admin: SocketAddr,
+
+    /// Threads that segment; one a processor when absent
+    #[arg(long, env = "CONICOID_THREADS", value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// Requests and jobs that may wait for their turn
+    #[arg(long, env = "CONICOID_QUEUE", default_value = "64", value_name = "N")]
+    pub queue: NonZeroUsize,
+    /// Inputs up to this size run side by side, larger ones one by one on all threads
+    #[arg(long, env = "CONICOID_SMALL_BYTES", default_value_t = 4 << 20, value_name = "BYTES")]
+    pub small_bytes: usize,
+
+    /// Longest body of a request, after decompression
+    #[arg(long, env = "CONICOID_MAX_BODY_BYTES", default_value_t = 512 << 20, value_name = "BYTES")]
+    pub max_body_bytes: u64,
+    /// Bytes of clouds held at one time, over all requests
+    #[arg(
+        long,
+        env = "CONICOID_MAX_BYTES_IN_FLIGHT",
+        default_value_t = 1 << 30,
+        value_name = "BYTES"
+    )]
+    pub max_bytes_in_flight: u64,
+    /// Longest gRPC message; larger clouds are sent in chunks
+    #[arg(
+        long,
+        env = "CONICOID_MAX_MESSAGE_BYTES",
+        default_value_t = 64 << 20,
+        value_name = "BYTES"
+    )]
+    pub max_message_bytes: usize,
+    /// Most points of one cloud
+    #[arg(long, env = "CONICOID_MAX_POINTS", default_value = "50000000", value_name = "N")]
+    pub max_points: usize,
+    /// Longest time one segmentation may take, whatever its request says
+    #[arg(
+        long,
+        env = "CONICOID_MAX_DEADLINE",
+        default_value = "300",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub max_deadline: Duration,
+    /// Longest time an upload may take
+    #[arg(
+        long,
+        env = "CONICOID_UPLOAD_TIMEOUT",
+        default_value = "120",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub upload_timeout: Duration,
+    /// Longest time requests under way get to end when the service is told to stop
+    #[arg(
+        long,
+        env = "CONICOID_DRAIN_DEADLINE",
+        default_value = "30",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub drain_deadline: Duration,
+
+    /// What is logged, by module and level
+    #[arg(long, env = "CONICOID_LOG", default_value = "info", value_name = "FILTER")]
+    pub log: String,
+    /// Form of the log
+    #[arg(long, env = "CONICOID_LOG_FORMAT", default_value = "text", value_name = "FORM")]
+    pub log_format: LogFormat,
+}
+
+/// The form of the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// Lines for people.
+    Text,
+    /// One JSON object a line.
+    Json,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().filter(|s| *s > 0.0 && *s <= 1e9);
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "not a number of seconds above 0".to_owned())
+}
+
+impl Settings {
+    /// The settings of the use cases.
+    pub fn service(&self) -> ServiceConfig {
+        let threads = self.threads.or_else(|| std::thread::available_parallelism().ok());
+        ServiceConfig {
+            pool: PoolConfig {
+                threads: threads.map_or(1, NonZeroUsize::get),
+                queue: self.queue.get(),
+                small_bytes: self.small_bytes,
+            },
+            max_body_bytes: self.max_body_bytes,
+            max_bytes_in_flight: self.max_bytes_in_flight,
+            max_points: self.max_points,
+            max_deadline: self.max_deadline,
+        }
+    }
+
+    /// The settings of the HTTP interface.
+    pub fn http(&self) -> HttpConfig {
+        HttpConfig { upload_timeout: self.upload_timeout }
+    }
+
+    /// The settings of the gRPC interface.
+    pub fn grpc(&self) -> GrpcConfig {
+        GrpcConfig { max_message_bytes: self.max_message_bytes }
+    }
+}

@@ -1,0 +1,51 @@
+//! The gRPC interface: the services of `conicoid.v1`, health and reflection.
+
+mod segmentations;
+mod status;
+mod timeout;
+
+use std::sync::Arc;
+
+use axum::Router;
+use tonic::service::RoutesBuilder;
+use tonic_health::server::HealthReporter;
+
+use crate::service::{
+    Service,
+    message::{DESCRIPTOR, v1::segmentations_server::SegmentationsServer},
+};
+use segmentations::Segmentations;
+
+/// How the gRPC interface takes messages.
+#[derive(Clone, Copy, Debug)]
+pub struct GrpcConfig {
+    /// Longest message taken.
+    pub max_message_bytes: usize,
+}
+
+/// The gRPC interface of `service`, and the handle on the health it reports.
+///
+/// # Errors
+/// The built-in descriptor cannot be read.
+pub async fn router(
+    service: Arc<Service>,
+    config: GrpcConfig,
+) -> Result<(Router, HealthReporter), tonic_reflection::server::Error> {
+    let (health, health_service) = tonic_health::server::health_reporter();
+    let segmentations = SegmentationsServer::new(Segmentations::new(service))
+        .max_decoding_message_size(config.max_message_bytes);
+    health.set_serving::<SegmentationsServer<Segmentations>>().await;
+    let reflection = || {
+        tonic_reflection::server::Builder::configure()
+            .register_encoded_file_descriptor_set(DESCRIPTOR)
+            .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)
+    };
+    // an empty router first: the default one would answer unknown paths with status 200
+    let mut routes = RoutesBuilder::from(Router::new());
+    routes
+        .add_service(health_service)
+        .add_service(reflection().build_v1()?)
+        .add_service(reflection().build_v1alpha()?)
+        .add_service(segmentations);
+    Ok((routes.routes().into_axum_router(), health))
+}

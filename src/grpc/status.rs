@@ -1,0 +1,36 @@
+use std::{collections::HashMap, time::Duration};
+
+use tonic::Status;
+use tonic_types::{ErrorDetails, StatusExt};
+
+use crate::service::ServiceError;
+
+/// The domain of the error codes.
+const DOMAIN: &str = "conicoid";
+
+impl From<ServiceError> for Status {
+    fn from(error: ServiceError) -> Self {
+        let row = error.kind.row();
+        let mut details = ErrorDetails::new();
+        details.set_error_info(row.code, DOMAIN, HashMap::new());
+        if let Some(seconds) = error.retry_after() {
+            details.set_retry_info(Some(Duration::from_secs(seconds.into())));
+        }
+        Self::with_error_details(row.grpc, error.detail, details)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::service::ErrorKind;
+
+    #[test]
+    fn a_status_carries_the_code_of_the_error_table() {
+        let status = Status::from(ServiceError::new(ErrorKind::Overloaded, "full"));
+        assert_eq!((status.code(), status.message()), (tonic::Code::ResourceExhausted, "full"));
+        let details = status.get_error_details();
+        assert_eq!(details.error_info().map(|info| info.reason.as_str()), Some("overloaded"));
+        assert!(details.retry_info().is_some());
+    }
+}

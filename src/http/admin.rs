@@ -1,0 +1,19 @@
+use axum::{Router, extract::State, http::StatusCode, routing::get};
+use tokio_util::sync::CancellationToken;
+
+/// The listener for operators: `/livez` says that the process answers, `/readyz` that it takes
+/// requests, which ends when `stop` begins the drain.
+pub fn admin_router(stop: CancellationToken) -> Router {
+    Router::new()
+        .route("/livez", get(async || "live\n"))
+        .route("/readyz", get(readyz))
+        .with_state(stop)
+}
+
+async fn readyz(State(stop): State<CancellationToken>) -> (StatusCode, &'static str) {
+    if stop.is_cancelled() {
+        (StatusCode::SERVICE_UNAVAILABLE, "draining\n")
+    } else {
+        (StatusCode::OK, "ready\n")
+    }
+}

@@ -1,0 +1,185 @@
+use std::time::Duration;
+
+use axum::{
+    body::{Body, BodyDataStream},
+    extract::{FromRequest, Multipart, Request as HttpRequest, multipart::Field},
+    http::{HeaderMap, header},
+};
+use futures::StreamExt;
+use serde_json::Value;
+
+use crate::{
+    formats::Format,
+    service::{ErrorKind, Request, Service, ServiceError, Upload, unknown_format},
+};
+
+/// Longest `parameters` part of a multipart request.
+const MAX_PARAMETERS_BYTES: usize = 64 * 1024;
+
+/// Reads the cloud of a request, raw or multipart, and what the body says of the request.
+///
+/// # Errors
+/// The body is too long, too slow, broken or of no known kind, or a parameter in it is wrong.
+pub async fn read(
+    service: &Service,
+    message: HttpRequest,
+    request: &mut Request,
+    timeout: Duration,
+) -> Result<Upload, ServiceError> {
+    let mut upload = service.upload();
+    let reading = async {
+        if media_type(message.headers()).is_some_and(|t| t.starts_with("multipart/form-data")) {
+            multipart(message, request, &mut upload).await
+        } else {
+            raw(message, request, &mut upload).await
+        }
+    };
+    match tokio::time::timeout(timeout, reading).await {
+        Ok(done) => done.map(|()| upload),
+        Err(_) => Err(ServiceError::new(
+            ErrorKind::UploadTimeout,
+            format!("the upload took longer than {} s", timeout.as_secs_f64()),
+        )),
+    }
+}
+
+fn media_type(headers: &HeaderMap) -> Option<&str> {
+    headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok())
+}
+
+async fn raw(
+    message: HttpRequest,
+    request: &mut Request,
+    upload: &mut Upload,
+) -> Result<(), ServiceError> {
+    if request.format.is_none() {
+        request.format = media_type(message.headers()).map_or(Ok(None), format_of)?;
+    }
+    let announced = message.headers().get(header::CONTENT_LENGTH);
+    let announced = announced.and_then(|length| length.to_str().ok()?.parse().ok());
+    upload.expect(announced.unwrap_or(0))?;
+    let mut chunks: BodyDataStream = message.into_body().into_data_stream();
+    while let Some(chunk) = chunks.next().await {
+        let chunk = chunk.map_err(|e| malformed(&format!("the body broke off: {e}")))?;
+        upload.push(&chunk)?;
+    }
+    Ok(())
+}
+
+/// The format a media type names; `None` for those that any format may travel under.
+fn format_of(media_type: &str) -> Result<Option<Format>, ServiceError> {
+    let essence = media_type.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
+    match essence.as_str() {
+        // the second is what curl sends where it is told nothing
+        "" | "application/octet-stream" | "application/x-www-form-urlencoded" | "text/plain" => {
+            Ok(None)
+        }
+        known => Format::from_media_type(known).map(Some).ok_or_else(|| unknown_format(known)),
+    }
+}
+
+async fn multipart(
+    message: HttpRequest,
+    request: &mut Request,
+    upload: &mut Upload,
+) -> Result<(), ServiceError> {
+    let broken =
+        |e: &dyn std::fmt::Display| malformed(&format!("the multipart body is broken: {e}"));
+    let message = message.map(Body::new);
+    let mut parts = Multipart::from_request(message, &()).await.map_err(|e| broken(&e))?;
+    let mut clouds = 0;
+    while let Some(mut part) = parts.next_field().await.map_err(|e| broken(&e))? {
+        match part.name() {
+            Some("cloud") => {
+                clouds += 1;
+                if request.format.is_none() {
+                    request.format = format_of_part(&part)?;
+                }
+                while let Some(chunk) = part.chunk().await.map_err(|e| broken(&e))? {
+                    upload.push(&chunk)?;
+                }
+            }
+            Some("parameters") => {
+                let mut text = Vec::new();
+                while let Some(chunk) = part.chunk().await.map_err(|e| broken(&e))? {
+                    text.extend_from_slice(&chunk);
+                    if text.len() > MAX_PARAMETERS_BYTES {
+                        return Err(malformed("'parameters' has more than 64 KiB"));
+                    }
+                }
+                parameters(&text, request)?;
+            }
+            other => {
+                let name = other.unwrap_or_default();
+                return Err(malformed(&format!(
+                    "unknown part '{name}': send 'cloud' (a file) and 'parameters' (JSON)"
+                )));
+            }
+        }
+    }
+    match clouds {
+        1 => Ok(()),
+        0 => Err(ServiceError::new(ErrorKind::EmptyBody, "the part 'cloud' is missing")),
+        _ => Err(malformed("there is more than one part 'cloud'")),
+    }
+}
+
+/// The format by the part's file name, or by its media type.
+fn format_of_part(part: &Field<'_>) -> Result<Option<Format>, ServiceError> {
+    let by_name =
+        part.file_name().and_then(|name| Format::from_extension(name.rsplit_once('.')?.1));
+    by_name.map_or_else(|| part.content_type().map_or(Ok(None), format_of), |f| Ok(Some(f)))
+}
+
+/// Sets the parameters of a JSON object; lists are given as arrays or as in a query.
+fn parameters(text: &[u8], request: &mut Request) -> Result<(), ServiceError> {
+    let object: serde_json::Map<String, Value> = serde_json::from_slice(text)
+        .map_err(|e| malformed(&format!("'parameters' is not a JSON object: {e}")))?;
+    for (name, value) in &object {
+        if let Some(text) = as_text(value) {
+            request.set(name, &text)?;
+        }
+    }
+    Ok(())
+}
+
+fn as_text(value: &Value) -> Option<String> {
+    match value {
+        Value::Null => None,
+        Value::String(text) => Some(text.clone()),
+        Value::Array(items) => Some(items.iter().filter_map(as_text).collect::<Vec<_>>().join(",")),
+        other => Some(other.to_string()),
+    }
+}
+
+fn malformed(detail: &str) -> ServiceError {
+    ServiceError::new(ErrorKind::MalformedBody, detail)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn json_parameters_are_set_like_those_of_a_query() {
+        let mut request = Request::default();
+        let json =
+            br#"{"surfaces": ["plane", "cone"], "seed": 7, "merge": false, "tolerance": null,
+            "axis_direction": [0, 0.5, 1e-3]}"#;
+        parameters(json, &mut request).unwrap();
+        let query = [
+            ("surfaces", "plane,cone"),
+            ("seed", "7"),
+            ("merge", "false"),
+            ("axis_direction", "0,0.5,0.001"),
+        ];
+        assert_eq!(request, Request::from_pairs(query).unwrap());
+    }
+
+    #[test]
+    fn a_media_type_of_something_else_is_refused() {
+        assert_eq!(format_of("application/octet-stream"), Ok(None));
+        assert_eq!(format_of("model/ply; x=1"), Ok(Some(Format::Ply)));
+        assert_eq!(format_of("image/png").unwrap_err().kind, ErrorKind::UnknownFormat);
+    }
+}

@@ -1,0 +1,201 @@
+use std::{
+    collections::BTreeMap,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use tokio::sync::watch;
+
+use crate::segment::{Monitor, Stage};
+
+/// Seconds spent in each stage, by the stage's name.
+pub type StageTimes = BTreeMap<String, f64>;
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// The stage it is in.
+    pub stage: Stage,
+    /// How much of the whole work is done, 0 to 1.
+    pub fraction: f64,
+}
+
+/// Why a run stopped before its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// Its caller cancelled it or went away.
+    Cancelled,
+    /// Its deadline passed.
+    Deadline,
+}
+
+/// The handle on one run: cancels it, ends it at its deadline, tells how far it is, and times its
+/// stages.
+#[derive(Debug)]
+pub struct Control {
+    cancelled: AtomicBool,
+    deadline: Option<Instant>,
+    progress: watch::Sender<Option<Progress>>,
+    clock: Mutex<StageClock>,
+}
+
+#[derive(Debug, Default)]
+struct StageClock {
+    current: Option<(Stage, Instant)>,
+    times: StageTimes,
+}
+
+/// Progress is published when it has grown by this much, not at every call.
+const PROGRESS_STEP: f64 = 0.01;
+
+impl Control {
+    /// A run that must end by `deadline`, if one is given.
+    pub fn new(deadline: Option<Instant>) -> Arc<Self> {
+        Arc::new(Self {
+            cancelled: AtomicBool::new(false),
+            deadline,
+            progress: watch::Sender::new(None),
+            clock: Mutex::default(),
+        })
+    }
+
+    /// Asks the run to stop; it does so within milliseconds.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Why the run must stop, if it must.
+    pub fn stop(&self) -> Option<Stop> {
+        if self.cancelled.load(Ordering::Relaxed) {
+            Some(Stop::Cancelled)
+        } else if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            Some(Stop::Deadline)
+        } else {
+            None
+        }
+    }
+
+    /// When the run must have ended.
+    pub fn deadline(&self) -> Option<Instant> {
+        self.deadline
+    }
+
+    /// The latest progress, and each one after it.
+    pub fn watch(&self) -> watch::Receiver<Option<Progress>> {
+        self.progress.subscribe()
+    }
+
+    /// Ends the timing of the current stage and returns the times of all.
+    pub fn finish(&self) -> StageTimes {
+        let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
+        clock.leave(Instant::now());
+        std::mem::take(&mut clock.times)
+    }
+
+    /// Cancels this run when the returned guard is dropped.
+    pub fn cancel_on_drop(self: &Arc<Self>) -> CancelOnDrop {
+        CancelOnDrop(Some(Arc::clone(self)))
+    }
+}
+
+impl StageClock {
+    fn leave(&mut self, now: Instant) {
+        if let Some((stage, since)) = self.current.take() {
+            *self.times.entry(stage.name().to_owned()).or_default() += seconds(now - since);
+        }
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        if self.current.is_none_or(|(current, _)| current != stage) {
+            let now = Instant::now();
+            self.leave(now);
+            self.current = Some((stage, now));
+        }
+    }
+}
+
+impl Monitor for Control {
+    fn progress(&self, stage: Stage, fraction: f64) {
+        self.clock.lock().unwrap_or_else(PoisonError::into_inner).enter(stage);
+        self.progress.send_if_modified(|last| {
+            let news = last.is_none_or(|last| {
+                last.stage != stage || fraction - last.fraction >= PROGRESS_STEP
+            });
+            if news {
+                *last = Some(Progress { stage, fraction });
+            }
+            news
+        });
+    }
+
+    fn cancelled(&self) -> bool {
+        self.stop().is_some()
+    }
+}
+
+/// Cancels its run when dropped, unless the run was let go.
+#[derive(Debug)]
+pub struct CancelOnDrop(Option<Arc<Control>>);
+
+impl CancelOnDrop {
+    /// The run has ended, or may go on alone.
+    pub fn release(mut self) {
+        self.0 = None;
+    }
+}
+
+impl Drop for CancelOnDrop {
+    fn drop(&mut self) {
+        if let Some(control) = &self.0 {
+            control.cancel();
+        }
+    }
+}
+
+fn seconds(duration: Duration) -> f64 {
+    // microseconds are all that a reader of timings needs
+    (duration.as_secs_f64() * 1e6).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dropped_guard_cancels_and_a_released_one_does_not() {
+        let control = Control::new(None);
+        control.cancel_on_drop().release();
+        assert!(!control.cancelled());
+        drop(control.cancel_on_drop());
+        assert_eq!(control.stop(), Some(Stop::Cancelled));
+    }
+
+    #[test]
+    fn a_passed_deadline_stops_the_run() {
+        assert_eq!(Control::new(Some(Instant::now())).stop(), Some(Stop::Deadline));
+    }
+
+    #[test]
+    fn each_stage_entered_is_timed_once() {
+        let control = Control::new(None);
+        control.progress(Stage::Grow, 0.1);
+        control.progress(Stage::Grow, 0.2);
+        control.progress(Stage::Report, 1.0);
+        let times = control.finish();
+        assert_eq!(times.keys().collect::<Vec<_>>(), ["grow", "report"]);
+    }
+
+    #[test]
+    fn progress_is_published_in_steps() {
+        let control = Control::new(None);
+        let mut watch = control.watch();
+        control.progress(Stage::Grow, 0.5);
+        assert!(watch.has_changed().unwrap());
+        assert_eq!(watch.borrow_and_update().unwrap().fraction, 0.5);
+        control.progress(Stage::Grow, 0.501);
+        assert!(!watch.has_changed().unwrap());
+    }
+}

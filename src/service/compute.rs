@@ -1,0 +1,65 @@
+use std::time::Instant;
+
+use sha2::{Digest, Sha256};
+
+use super::{Document, Input, Request, ServiceError, Timing, UnassignedPoints};
+use crate::{
+    formats::{self, Format, Limits},
+    geometry::PointCloud,
+    jobs::Control,
+    segment::{Segmentation, segment},
+};
+
+/// Reads the cloud in `bytes` and segments it: the one way from input to result.
+///
+/// Runs on the calling thread's rayon pool until done or until `control` stops it.
+///
+/// # Errors
+/// The cloud cannot be read, is too small or too large, or `control` stopped the run.
+pub fn compute(
+    bytes: &[u8],
+    request: &Request,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Document, ServiceError> {
+    if let Some(stop) = control.stop() {
+        return Err(stop.into());
+    }
+    let begin = Instant::now();
+    let format = request.format.or_else(|| Format::detect(bytes));
+    let (cloud, sha256) = rayon::join(|| formats::read(bytes, format, limits), || sha256(bytes));
+    let (cloud, parse) = (cloud?, begin.elapsed().as_secs_f64());
+    let found = segment(&cloud, &request.parameters, control)
+        .map_err(|error| control.stop().map_or_else(|| error.into(), ServiceError::from))?;
+    let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
+    let input = Input {
+        points: cloud.input_len,
+        sha256,
+        format: format.map(Format::name).unwrap_or_default().to_owned(),
+        skipped: cloud.skipped(),
+    };
+    Ok(document(&cloud, found, input, timing))
+}
+
+fn document(cloud: &PointCloud, found: Segmentation, input: Input, timing: Timing) -> Document {
+    let reasons = found.unassigned.reasons.into_iter().map(|(why, n)| (why.to_owned(), n));
+    let skipped = (input.skipped > 0).then(|| ("not_finite".to_owned(), input.skipped));
+    Document {
+        conicoid: env!("CARGO_PKG_VERSION").to_owned(),
+        unassigned: UnassignedPoints {
+            count: found.unassigned.count + input.skipped,
+            reasons: reasons.chain(skipped).collect(),
+        },
+        input,
+        parameters: found.parameters,
+        regions: found.regions,
+        labels: Some(cloud.labels_in_input_order(found.labels)),
+        counters: found.counters,
+        timing,
+    }
+}
+
+/// SHA-256 of `bytes` in hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}

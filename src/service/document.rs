@@ -1,0 +1,73 @@
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::{
+    jobs::StageTimes,
+    segment::{Counters, Parameters, Region},
+};
+
+/// The result of a segmentation, as it is told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Document {
+    /// Version of the program that made it.
+    #[schema(example = "0.1.0")]
+    pub conicoid: String,
+    /// What the input was.
+    pub input: Input,
+    /// Every parameter as used, `tolerance` and `noise_sigma` resolved.
+    pub parameters: Parameters,
+    /// The surfaces; a region's id is its place here.
+    pub regions: Vec<Region>,
+    /// One label for each input point, in input order; -1 = unassigned. Absent with `labels=none`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub labels: Option<Vec<i32>>,
+    /// The points without a region, skipped ones included.
+    pub unassigned: UnassignedPoints,
+    /// How much work the method did.
+    pub counters: Counters,
+    /// How long the steps took.
+    pub timing: Timing,
+}
+
+/// What the input was.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Input {
+    /// Points in the file, skipped ones included.
+    pub points: usize,
+    /// SHA-256 of the file's bytes, in hexadecimal.
+    pub sha256: String,
+    /// The format the file was read as.
+    #[schema(example = "ply")]
+    pub format: String,
+    /// Points left out because a coordinate was not finite.
+    pub skipped: usize,
+}
+
+/// Points without a region.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct UnassignedPoints {
+    /// How many.
+    pub count: usize,
+    /// How many for each reason; `not_finite` for the skipped ones.
+    pub reasons: BTreeMap<String, usize>,
+}
+
+/// How long the steps took, in seconds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Timing {
+    /// Reading the cloud.
+    pub parse: f64,
+    /// Each stage of the method, by its name.
+    pub stages: StageTimes,
+    /// Reading and segmenting together.
+    pub total: f64,
+}
+
+impl Document {
+    /// The document without its labels.
+    pub fn without_labels(self) -> Self {
+        Self { labels: None, ..self }
+    }
+}

@@ -1,0 +1,236 @@
+use tonic::Code;
+
+use crate::{
+    formats::FormatError,
+    jobs::{Overloaded, PoolError, Stop},
+    segment::{ParameterError, SegmentError},
+};
+
+/// What can go wrong, as callers see it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ErrorKind {
+    /// The request has no bytes of a cloud.
+    EmptyBody,
+    /// The cloud cannot be read.
+    MalformedCloud,
+    /// No coordinate triple is finite.
+    NoFinitePoints,
+    /// The cloud has too few points for any region.
+    TooFewPoints,
+    /// The format is not known or not to be told.
+    UnknownFormat,
+    /// The cloud has more points than the limit.
+    TooManyPoints,
+    /// The body is longer than the limit.
+    BodyTooLarge,
+    /// The Content-Encoding is not known.
+    UnsupportedEncoding,
+    /// The body does not keep to its Content-Encoding or its multipart form.
+    MalformedBody,
+    /// No parameter has this name.
+    UnknownParameter,
+    /// A parameter's value is not one it takes.
+    InvalidParameter,
+    /// None of the accepted media types can be given.
+    NotAcceptable,
+    /// No such path.
+    NotFound,
+    /// The path has no such method.
+    MethodNotAllowed,
+    /// Too much work at hand.
+    Overloaded,
+    /// The upload took too long.
+    UploadTimeout,
+    /// The work took longer than its deadline.
+    DeadlineExceeded,
+    /// The work was cancelled.
+    Cancelled,
+    /// The service is shutting down.
+    ShuttingDown,
+    /// A fault of the service.
+    Internal,
+}
+
+/// How one kind of error is told.
+#[derive(Clone, Copy, Debug)]
+pub struct ErrorRow {
+    /// The kind.
+    pub kind: ErrorKind,
+    /// The stable code.
+    pub code: &'static str,
+    /// HTTP status.
+    pub status: u16,
+    /// gRPC status.
+    pub grpc: Code,
+    /// What the kind means, for people.
+    pub title: &'static str,
+}
+
+const fn row(
+    kind: ErrorKind,
+    code: &'static str,
+    status: u16,
+    grpc: Code,
+    title: &'static str,
+) -> ErrorRow {
+    ErrorRow { kind, code, status, grpc, title }
+}
+
+/// The one table of errors, read by every transport.
+pub const ERRORS: &[ErrorRow] = {
+    use Code::*;
+    use ErrorKind as K;
+    &[
+        row(K::EmptyBody, "empty_body", 400, InvalidArgument, "The request has no cloud"),
+        row(K::MalformedCloud, "malformed_cloud", 422, InvalidArgument, "The cloud cannot be read"),
+        row(K::NoFinitePoints, "no_finite_points", 422, InvalidArgument, "No point is finite"),
+        row(K::TooFewPoints, "too_few_points", 422, InvalidArgument, "The cloud is too small"),
+        row(K::UnknownFormat, "unknown_format", 415, InvalidArgument, "The format is not known"),
+        row(K::TooManyPoints, "too_many_points", 413, ResourceExhausted, "The cloud is too large"),
+        row(K::BodyTooLarge, "body_too_large", 413, ResourceExhausted, "The body is too large"),
+        row(
+            K::UnsupportedEncoding,
+            "unsupported_encoding",
+            415,
+            InvalidArgument,
+            "The Content-Encoding is not known",
+        ),
+        row(K::MalformedBody, "malformed_body", 400, InvalidArgument, "The body cannot be read"),
+        row(K::UnknownParameter, "unknown_parameter", 400, InvalidArgument, "Unknown parameter"),
+        row(K::InvalidParameter, "invalid_parameter", 400, InvalidArgument, "Invalid parameter"),
+        row(K::NotAcceptable, "not_acceptable", 406, InvalidArgument, "No such representation"),
+        row(K::NotFound, "not_found", 404, Unimplemented, "Nothing is here"),
+        row(K::MethodNotAllowed, "method_not_allowed", 405, Unimplemented, "Method not allowed"),
+        row(K::Overloaded, "overloaded", 503, ResourceExhausted, "Too much work at hand"),
+        row(K::UploadTimeout, "upload_timeout", 408, DeadlineExceeded, "The upload was too slow"),
+        row(K::DeadlineExceeded, "deadline_exceeded", 504, DeadlineExceeded, "Out of time"),
+        row(K::Cancelled, "cancelled", 409, Cancelled, "The work was cancelled"),
+        row(K::ShuttingDown, "shutting_down", 503, Unavailable, "The service is shutting down"),
+        row(K::Internal, "internal", 500, Internal, "A fault of the service"),
+    ]
+};
+
+impl ErrorKind {
+    /// The row of this kind.
+    pub fn row(self) -> &'static ErrorRow {
+        // a test shows that every kind has its row
+        ERRORS.iter().find(|row| row.kind == self).unwrap_or(&ERRORS[ERRORS.len() - 1])
+    }
+}
+
+/// An error as every transport tells it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{detail}")]
+pub struct ServiceError {
+    /// What kind of error.
+    pub kind: ErrorKind,
+    /// What happened, with the offending value, and what to do.
+    pub detail: String,
+}
+
+impl ServiceError {
+    /// An error of `kind`.
+    pub fn new(kind: ErrorKind, detail: impl Into<String>) -> Self {
+        Self { kind, detail: detail.into() }
+    }
+
+    /// Seconds after which the same request may succeed, where waiting helps.
+    pub fn retry_after(&self) -> Option<u32> {
+        match self.kind {
+            ErrorKind::Overloaded => Some(1),
+            ErrorKind::ShuttingDown => Some(5),
+            _ => None,
+        }
+    }
+}
+
+impl From<FormatError> for ServiceError {
+    fn from(error: FormatError) -> Self {
+        let kind = match &error {
+            FormatError::Empty => ErrorKind::EmptyBody,
+            FormatError::Unknown { .. } => ErrorKind::UnknownFormat,
+            FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
+            FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
+            FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,
+            _ => ErrorKind::MalformedCloud,
+        };
+        Self::new(kind, error.to_string())
+    }
+}
+
+impl From<ParameterError> for ServiceError {
+    fn from(error: ParameterError) -> Self {
+        let kind = match &error {
+            ParameterError::Unknown(_) => ErrorKind::UnknownParameter,
+            _ => ErrorKind::InvalidParameter,
+        };
+        Self::new(kind, error.to_string())
+    }
+}
+
+impl From<SegmentError> for ServiceError {
+    fn from(error: SegmentError) -> Self {
+        match &error {
+            SegmentError::Cancelled(_) => Stop::Cancelled.into(),
+            SegmentError::TooManyPoints(_) => {
+                Self::new(ErrorKind::TooManyPoints, error.to_string())
+            }
+            SegmentError::TooFewPoints { .. } => Self::new(
+                ErrorKind::TooFewPoints,
+                format!("{error}: send more points, or lower min_points"),
+            ),
+        }
+    }
+}
+
+impl From<Overloaded> for ServiceError {
+    fn from(error: Overloaded) -> Self {
+        Self::new(ErrorKind::Overloaded, format!("{error}; try again later"))
+    }
+}
+
+impl From<Stop> for ServiceError {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::Cancelled => Self::new(ErrorKind::Cancelled, "the work was cancelled"),
+            Stop::Deadline => Self::new(
+                ErrorKind::DeadlineExceeded,
+                "the work took longer than its deadline: raise deadline, thin out the cloud, or \
+                 submit it as a job",
+            ),
+        }
+    }
+}
+
+impl From<PoolError> for ServiceError {
+    fn from(error: PoolError) -> Self {
+        match error {
+            PoolError::Closed => Self::new(ErrorKind::ShuttingDown, "the service is shutting down"),
+            PoolError::Panicked(message) => {
+                tracing::error!(panic = message, "a segmentation panicked");
+                Self::new(
+                    ErrorKind::Internal,
+                    "the segmentation failed by a fault of the service; the request id finds it in \
+                     the log",
+                )
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+
+    #[test]
+    fn every_kind_has_one_row_and_one_code() {
+        let codes: HashSet<_> = ERRORS.iter().map(|row| row.code).collect();
+        let kinds: HashSet<_> = ERRORS.iter().map(|row| row.kind).collect();
+        assert_eq!((codes.len(), kinds.len()), (ERRORS.len(), ERRORS.len()));
+        // the enum's last variant numbers them all
+        assert_eq!(ERRORS.len(), ErrorKind::Internal as usize + 1);
+        assert!(ERRORS.iter().all(|row| row.kind.row().code == row.code));
+    }
+}

@@ -1,0 +1,60 @@
+use super::{count, parameters::format_to_message, v1};
+use crate::{
+    segment::Counters,
+    service::{Document, Input, Timing, UnassignedPoints},
+};
+
+impl From<Document> for v1::Segmentation {
+    fn from(document: Document) -> Self {
+        Self {
+            conicoid: document.conicoid,
+            input: Some((&document.input).into()),
+            parameters: Some((&document.parameters).into()),
+            regions: document.regions.iter().map(Into::into).collect(),
+            labels: document.labels.unwrap_or_default(),
+            unassigned: Some(document.unassigned.into()),
+            counters: Some((&document.counters).into()),
+            timing: Some(document.timing.into()),
+        }
+    }
+}
+
+impl From<&Input> for v1::Input {
+    fn from(input: &Input) -> Self {
+        Self {
+            points: count(input.points),
+            sha256: input.sha256.clone(),
+            format: format_to_message(&input.format).into(),
+            skipped: count(input.skipped),
+        }
+    }
+}
+
+impl From<UnassignedPoints> for v1::Unassigned {
+    fn from(unassigned: UnassignedPoints) -> Self {
+        let reasons = unassigned.reasons.into_iter().map(|(why, n)| (why, count(n)));
+        Self { count: count(unassigned.count), reasons: reasons.collect() }
+    }
+}
+
+impl From<&Counters> for v1::Counters {
+    fn from(counters: &Counters) -> Self {
+        let cycles = counters.extraction_cycles.iter().map(|points| v1::ExtractionCycles {
+            points: points.iter().map(|&n| count(n)).collect(),
+        });
+        Self {
+            trials: count(counters.trials),
+            failed_trials: count(counters.failed_trials),
+            merges: count(counters.merges),
+            extraction_cycles: cycles.collect(),
+            strategies: counters.strategies.map(|s| s.map(count).into()).unwrap_or_default(),
+        }
+    }
+}
+
+impl From<Timing> for v1::Timing {
+    fn from(timing: Timing) -> Self {
+        let stages = timing.stages.into_iter().collect();
+        Self { parse: timing.parse, stages, total: timing.total }
+    }
+}

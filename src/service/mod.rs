@@ -1,0 +1,17 @@
+//! The use cases both transports call, the request and the result they share, and the one table of
+//! error kinds.
+
+mod compute;
+mod document;
+mod error;
+pub mod message;
+mod representation;
+mod request;
+mod segmentations;
+
+pub use compute::{compute, sha256};
+pub use document::{Document, Input, Timing, UnassignedPoints};
+pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
+pub use representation::Representation;
+pub use request::{OPTIONS, Request, specs, unknown_format};
+pub use segmentations::{Service, ServiceConfig, Upload};

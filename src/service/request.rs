@@ -1,0 +1,169 @@
+use std::time::Duration;
+
+use super::{ErrorKind, ServiceError};
+use crate::{
+    formats::Format,
+    segment::{PARAMETERS, ParameterKind, ParameterSpec, Parameters},
+};
+
+const FORMATS: &[&str] = &["ply", "xyz", "pcd", "las", "e57", "stl", "obj"];
+
+/// What a request may say beyond the method's parameters, in the same terms.
+pub const OPTIONS: &[ParameterSpec] = &[
+    ParameterSpec {
+        name: "format",
+        kind: ParameterKind::Choice(FORMATS),
+        unit: None,
+        default: None,
+        help: "The cloud's format (from its media type, file name or bytes when absent)",
+    },
+    ParameterSpec {
+        name: "labels",
+        kind: ParameterKind::Choice(&["inline", "none"]),
+        unit: None,
+        default: Some("inline"),
+        help: "Whether the answer holds one label a point",
+    },
+    ParameterSpec {
+        name: "deadline",
+        kind: ParameterKind::Number { min: 0.0, max: 86_400.0 },
+        unit: Some("seconds"),
+        default: None,
+        help: "Longest time the work may take (the service's own limit when absent)",
+    },
+];
+
+/// Every parameter and option a request may have.
+pub fn specs() -> impl Iterator<Item = &'static ParameterSpec> {
+    PARAMETERS.iter().chain(OPTIONS)
+}
+
+/// What to do with a cloud.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// The method's parameters.
+    pub parameters: Parameters,
+    /// The cloud's format; worked out from the bytes when absent.
+    pub format: Option<Format>,
+    /// Whether the answer holds the labels.
+    pub labels: bool,
+    /// Longest time the work may take.
+    pub deadline: Option<Duration>,
+}
+
+impl Default for Request {
+    fn default() -> Self {
+        Self { parameters: Parameters::default(), format: None, labels: true, deadline: None }
+    }
+}
+
+impl Request {
+    /// Reads name and value pairs, as a query gives them.
+    ///
+    /// # Errors
+    /// A name is unknown, or a value is not one its parameter takes.
+    pub fn from_pairs<'a>(
+        pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Self, ServiceError> {
+        let mut request = Self::default();
+        for (name, value) in pairs {
+            request.set(name, value)?;
+        }
+        Ok(request)
+    }
+
+    /// Lets the work take no longer than `limit`, if there is one.
+    pub fn shorten_deadline(&mut self, limit: Option<Duration>) {
+        self.deadline = self.deadline.into_iter().chain(limit).min();
+    }
+
+    /// Sets one option or parameter from text.
+    ///
+    /// # Errors
+    /// The name is unknown, or the value is not one it takes.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<(), ServiceError> {
+        let text = value.trim();
+        match name {
+            "format" => {
+                let known = Format::ALL.into_iter().find(|f| f.name() == text);
+                self.format = Some(known.ok_or_else(|| unknown_format(text))?);
+            }
+            "labels" => {
+                self.labels = match text {
+                    "inline" => true,
+                    "none" => false,
+                    _ => return Err(invalid(name, value)),
+                }
+            }
+            "deadline" => {
+                let seconds = text.parse::<f64>().ok().filter(|s| *s > 0.0 && *s <= 86_400.0);
+                let seconds = seconds.ok_or_else(|| invalid(name, value))?;
+                self.deadline = Some(Duration::from_secs_f64(seconds));
+            }
+            _ if PARAMETERS.iter().any(|spec| spec.name == name) => {
+                self.parameters.set(name, value)?;
+            }
+            _ => return Err(unknown_parameter(name)),
+        }
+        Ok(())
+    }
+}
+
+fn invalid(name: &str, value: &str) -> ServiceError {
+    let expected = OPTIONS.iter().find(|spec| spec.name == name).map(|spec| spec.kind.to_string());
+    ServiceError::new(
+        ErrorKind::InvalidParameter,
+        format!("parameter '{name}': '{value}' is not {}", expected.unwrap_or_default()),
+    )
+}
+
+fn unknown_parameter(name: &str) -> ServiceError {
+    let known = specs().map(|spec| spec.name).collect::<Vec<_>>().join(", ");
+    ServiceError::new(
+        ErrorKind::UnknownParameter,
+        format!("unknown parameter '{name}'; known ones: {known}"),
+    )
+}
+
+/// The error for a format nobody reads.
+pub fn unknown_format(name: &str) -> ServiceError {
+    ServiceError::new(
+        ErrorKind::UnknownFormat,
+        format!("'{name}' is not a known format; known ones: {}", FORMATS.join(", ")),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_and_parameters_are_set_by_name() {
+        let request = Request::from_pairs([
+            ("format", "ply"),
+            ("labels", "none"),
+            ("deadline", "1.5"),
+            ("tolerance", "0.25"),
+        ]);
+        let request = request.unwrap();
+        assert_eq!(request.format, Some(Format::Ply));
+        assert_eq!(request.deadline, Some(Duration::from_millis(1500)));
+        assert!(!request.labels && request.parameters.tolerance == Some(0.25));
+    }
+
+    #[test]
+    fn the_format_list_is_the_formats_there_are() {
+        assert_eq!(FORMATS, Format::ALL.map(Format::name));
+    }
+
+    #[test]
+    fn what_is_unknown_or_out_of_range_is_refused_by_name() {
+        let kind = |name, value| Request::from_pairs([(name, value)]).map_err(|e| e.kind);
+        assert_eq!(kind("radius", "1"), Err(ErrorKind::UnknownParameter));
+        assert_eq!(kind("format", "dwg"), Err(ErrorKind::UnknownFormat));
+        for (name, value) in [("deadline", "0"), ("deadline", "86401"), ("labels", "some")] {
+            assert_eq!(kind(name, value), Err(ErrorKind::InvalidParameter), "{name}={value}");
+        }
+        assert!(kind("deadline", "86400").is_ok());
+    }
+}
