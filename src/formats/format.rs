@@ -98,7 +98,7 @@ impl fmt::Display for Format {
 }
 
 /// A binary STL has no magic number: its length must be that of the triangles it announces.
-fn is_binary_stl(bytes: &[u8]) -> bool {
+pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
     let count = bytes.get(80..84).and_then(|b| b.first_chunk());
     count.is_some_and(|&b| {
         let triangles = u64::from(u32::from_le_bytes(b));

@@ -4,14 +4,22 @@
 //! [`FormatError`]: it never panics, and what a header announces is believed only as far as the bytes
 //! behind it reach, so memory stays within a small multiple of the input.
 
+mod e57;
 mod error;
 mod format;
+mod guard;
+mod las;
+mod obj;
+mod pcd;
 mod ply;
 mod read;
 mod scalar;
+mod stl;
 mod text;
+mod write;
 mod xyz;
 
 pub use error::FormatError;
 pub use format::Format;
 pub use read::{Limits, read};
+pub use write::{RegionRow, region_color, write_labelled_ply, write_labels_npy, write_regions_csv};

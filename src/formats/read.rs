@@ -1,4 +1,4 @@
-use super::{Format, FormatError, error::excerpt, ply, xyz};
+use super::{Format, FormatError, e57, error::excerpt, las, obj, pcd, ply, stl, xyz};
 use crate::geometry::PointCloud;
 
 /// How large an input may be.
@@ -45,7 +45,11 @@ pub fn read(
     let cloud = match format {
         Format::Ply => ply::read(bytes, limits),
         Format::Xyz => xyz::read(bytes, limits),
-        _ => Err(FormatError::Unsupported { format, what: "a reader".into() }),
+        Format::Pcd => pcd::read(bytes, limits),
+        Format::Las => las::read(bytes, limits),
+        Format::E57 => e57::read(bytes, limits),
+        Format::Stl => stl::read(bytes, limits),
+        Format::Obj => obj::read(bytes, limits),
     }?;
     if cloud.input_len == 0 {
         return Err(FormatError::NoPoints { format });

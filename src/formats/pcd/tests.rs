@@ -1,0 +1,105 @@
+use super::*;
+use crate::geometry::Grid;
+
+const HEADER: &str = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n\
+    FIELDS _ x intensity y z\nSIZE 1 4 2 8 4\nTYPE U F U F I\nCOUNT 3 1 1 1 1\n\
+    WIDTH 2\nHEIGHT 2\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ";
+
+const X: [f32; 4] = [1.5, f32::NAN, 3.5, -4.5];
+
+fn parse(bytes: &[u8]) -> Result<PointCloud, FormatError> {
+    read(bytes, &Limits::default())
+}
+
+fn expect_the_grid(cloud: &PointCloud) {
+    let points: Vec<[f64; 3]> = cloud.points.iter().map(|&p| p.into()).collect();
+    assert_eq!(points, [[1.5, 0.25, 10.0], [3.5, 2.25, 12.0], [-4.5, 3.25, 13.0]]);
+    assert_eq!(cloud.input_index, Some(vec![0, 2, 3]));
+    assert_eq!(cloud.grid, Some(Grid { width: 2, height: 2 }));
+}
+
+fn fields() -> [Vec<Vec<u8>>; 5] {
+    let each = |f: &dyn Fn(usize) -> Vec<u8>| (0..4).map(f).collect();
+    [
+        each(&|_| vec![9; 3]),
+        each(&|i| X[i].to_le_bytes().into()),
+        each(&|i| (i as u16).to_le_bytes().into()),
+        each(&|i| (0.25 + i as f64).to_le_bytes().into()),
+        each(&|i| (10 + i as i32).to_le_bytes().into()),
+    ]
+}
+
+fn binary_file() -> Vec<u8> {
+    let mut file = format!("{HEADER}binary\n").into_bytes();
+    let fields = fields();
+    (0..4).for_each(|i| fields.iter().for_each(|f| file.extend(&f[i])));
+    file
+}
+
+/// The body as literal runs, which any LZF reader must accept.
+fn compressed_file() -> Vec<u8> {
+    let plain: Vec<u8> = fields().concat().concat();
+    let packed: Vec<u8> =
+        plain.chunks(32).flat_map(|run| [&[run.len() as u8 - 1], run].concat()).collect();
+    let mut file = format!("{HEADER}binary_compressed\n").into_bytes();
+    file.extend((packed.len() as u32).to_le_bytes());
+    file.extend((plain.len() as u32).to_le_bytes());
+    file.extend(packed);
+    file
+}
+
+#[test]
+fn all_three_encodings_give_the_same_organised_cloud() {
+    let rows =
+        "9 9 9 1.5 0 0.25 10\n9 9 9 nan 1 1.25 11\n9 9 9 3.5 2 2.25 12\n9 9 9 -4.5 3 3.25 13";
+    expect_the_grid(&parse(format!("{HEADER}ascii\n{rows}\n").as_bytes()).unwrap());
+    expect_the_grid(&parse(&binary_file()).unwrap());
+    expect_the_grid(&parse(&compressed_file()).unwrap());
+}
+
+#[test]
+fn every_cut_of_a_binary_body_is_an_error() {
+    for file in [binary_file(), compressed_file()] {
+        for end in 0..file.len() {
+            assert!(parse(&file[..end]).is_err(), "cut at {end}");
+        }
+    }
+}
+
+#[test]
+fn a_count_beyond_the_bytes_is_refused_before_it_is_believed() {
+    let announced = 1_000_000_000_000;
+    let header = HEADER.replace("POINTS 4", &format!("POINTS {announced}"));
+    for (data, found) in [("ascii\n1 1 1 1 1 1 1", 1), ("binary\n0123456789012345678901", 1)] {
+        assert_eq!(
+            parse(format!("{header}{data}").as_bytes()),
+            Err(FormatError::Truncated { format: Format::Pcd, announced, found })
+        );
+    }
+    let mut bomb = format!("{header}binary_compressed\n").into_bytes();
+    bomb.extend([4, 0, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0]);
+    assert!(matches!(parse(&bomb), Err(FormatError::Damaged { .. })));
+}
+
+#[test]
+fn the_limit_holds_at_the_cap_and_one_above() {
+    let file = binary_file();
+    assert!(read(&file, &Limits { max_points: 4 }).is_ok());
+    assert_eq!(
+        read(&file, &Limits { max_points: 3 }),
+        Err(FormatError::TooManyPoints { points: 4, limit: 3 })
+    );
+}
+
+#[test]
+fn headers_without_coordinates_or_with_odd_entries_are_refused() {
+    let header = HEADER.replace("intensity y", "y intensity_y").replace(" z\n", " w\n");
+    assert!(matches!(
+        parse(format!("{header}binary\n").as_bytes()),
+        Err(FormatError::Truncated { .. } | FormatError::NoCoordinates { .. })
+    ));
+    for (from, to) in [("SIZE 1", "SIZE 3"), ("TYPE U F", "TYPE U"), ("COUNT 3", "COUNT 0")] {
+        let text = format!("{}binary\n", HEADER.replace(from, to));
+        assert!(matches!(parse(text.as_bytes()), Err(FormatError::Header { .. })), "{to}");
+    }
+}

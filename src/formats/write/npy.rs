@@ -1,0 +1,56 @@
+use std::io::{self, Write};
+
+/// Writes labels as a NumPy array (NPY 1.0): one dimension, little-endian int32.
+///
+/// `numpy.load` reads it back; labels stand in input order, -1 = unassigned.
+///
+/// # Errors
+/// `out` fails.
+pub fn write_labels_npy(out: &mut impl Write, labels: &[i32]) -> io::Result<()> {
+    let dictionary =
+        format!("{{'descr': '<i4', 'fortran_order': False, 'shape': ({},), }}", labels.len());
+    // magic, version, length and dictionary fill a multiple of 64 bytes, the last one a line feed
+    let total = (10 + dictionary.len() + 1).next_multiple_of(64);
+    let width = total - 11;
+    out.write_all(b"\x93NUMPY\x01\x00")?;
+    out.write_all(&((total - 10) as u16).to_le_bytes())?;
+    writeln!(out, "{dictionary:<width$}")?;
+    write_numbers(out, labels)
+}
+
+/// Writes numbers in blocks: one call for each would cost more than the numbers.
+fn write_numbers(out: &mut impl Write, labels: &[i32]) -> io::Result<()> {
+    const BLOCK: usize = 4096;
+    let mut buffer = Vec::with_capacity(4 * BLOCK);
+    for block in labels.chunks(BLOCK) {
+        buffer.clear();
+        buffer.extend(block.iter().flat_map(|label| label.to_le_bytes()));
+        out.write_all(&buffer)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_header_is_what_numpy_reads() {
+        let mut bytes = Vec::new();
+        write_labels_npy(&mut bytes, &[0, -1, 70_000]).unwrap();
+        assert_eq!(&bytes[..8], b"\x93NUMPY\x01\0");
+        let length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        assert_eq!((10 + length) % 64, 0);
+        let header = std::str::from_utf8(&bytes[10..10 + length]).unwrap();
+        assert!(header.starts_with("{'descr': '<i4', 'fortran_order': False, 'shape': (3,), }"));
+        assert!(header.ends_with('\n'));
+        assert_eq!(bytes[10 + length..], [0, 0, 0, 0, 255, 255, 255, 255, 0x70, 0x11, 1, 0]);
+    }
+
+    #[test]
+    fn no_labels_are_an_empty_array() {
+        let mut bytes = Vec::new();
+        write_labels_npy(&mut bytes, &[]).unwrap();
+        assert_eq!(bytes.len() % 64, 0);
+    }
+}
