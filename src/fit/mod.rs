@@ -1,11 +1,16 @@
-//! Fitting: the scatter matrix, its condition, and the seed's direct fit.
+//! Fits: the scatter matrix, its condition and the seed's direct fit; starts without iteration,
+//! orthogonal-distance least squares and their uncertainty.
 
 mod direct;
+pub mod least_squares;
 mod rcond;
 mod scatter;
 mod section;
+mod shape;
+pub mod starts;
 
 pub use direct::{direct_fit, direct_fit_through};
 pub use rcond::Condition;
 pub use scatter::{Matrix10, Scatter, Vector10, features};
 pub use section::section_normals;
+pub use shape::{Family, MAX_DOF, Offset, Shape};

@@ -1,0 +1,345 @@
+//! Starts for the orthogonal fits: every family from points and unsigned normals, without iteration.
+//!
+//! Sources: Kasa's circle, Fitzgibbon's ellipse in Halir's reduced form, Taubin's quadric, Li and
+//! Griffiths' ellipsoid (k = 4), the linear complex of the normals for a surface of revolution.
+
+use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen, Vector2};
+
+use super::shape::{Family, Shape};
+use crate::geometry::{Mat3, Vec3, perpendicular_frame};
+
+/// Points and their unsigned unit normals.
+#[derive(Clone, Copy, Debug)]
+pub struct Patch<'a> {
+    /// The points.
+    pub points: &'a [Vec3],
+    /// A unit normal for each point; its sign means nothing.
+    pub normals: &'a [Vec3],
+}
+
+/// Eigenvectors of a symmetric 3 x 3 matrix as columns, by rising eigenvalue.
+fn eigen3(m: &Mat3) -> ([f64; 3], [Vec3; 3]) {
+    let e = SymmetricEigen::new(*m);
+    let mut k = [0, 1, 2];
+    k.sort_by(|&a, &b| e.eigenvalues[a].total_cmp(&e.eigenvalues[b]));
+    (k.map(|i| e.eigenvalues[i]), k.map(|i| e.eigenvectors.column(i).into_owned()))
+}
+
+/// Eigenvector of the largest eigenvalue of L^-1 C L^-T carried back, for positive definite M = LL':
+/// the minimiser of a'Ma subject to a'Ca = 1.
+fn constrained_minimiser<const D: usize>(
+    m: &SMatrix<f64, D, D>,
+    c: &SMatrix<f64, D, D>,
+) -> Option<SVector<f64, D>> {
+    let top = (0..D).map(|i| m[(i, i)]).fold(0.0, f64::max);
+    let ridge = SMatrix::<f64, D, D>::identity() * (1e-13 * top);
+    let dynamic = nalgebra::DMatrix::from_fn(D, D, |i, j| m[(i, j)] + ridge[(i, j)]);
+    let l = dynamic.cholesky()?.l();
+    let inverse = l.solve_lower_triangular(&nalgebra::DMatrix::identity(D, D))?;
+    let c = nalgebra::DMatrix::from_fn(D, D, |i, j| c[(i, j)]);
+    let b = &inverse * c * inverse.transpose();
+    let e = ((&b + b.transpose()) * 0.5).symmetric_eigen();
+    let k = e.eigenvalues.imax();
+    let y = inverse.transpose() * e.eigenvectors.column(k);
+    Some(SVector::from_fn(|i, _| y[i]))
+}
+
+/// Points moved to their centroid and scaled to unit root mean square.
+struct Scaled {
+    centroid: Vec3,
+    scale: f64,
+}
+
+impl Scaled {
+    fn of(points: &[Vec3]) -> Self {
+        let n = points.len() as f64;
+        let centroid = points.iter().sum::<Vec3>() / n;
+        let sq: f64 = points.iter().map(|p| (p - centroid).norm_squared()).sum();
+        Self { centroid, scale: (sq / n).sqrt().max(1e-300) }
+    }
+    fn to(&self, p: &Vec3) -> Vec3 {
+        (p - self.centroid) / self.scale
+    }
+}
+
+fn covariance(points: impl Iterator<Item = Vec3> + Clone) -> (Vec3, Mat3) {
+    let n = points.clone().count() as f64;
+    let mean = points.clone().sum::<Vec3>() / n;
+    let m = points.fold(Mat3::zeros(), |m, p| m + (p - mean) * (p - mean).transpose());
+    (mean, m / n)
+}
+
+/// The total least-squares plane.
+pub fn plane(points: &[Vec3]) -> Option<Shape> {
+    let (mean, m) = covariance(points.iter().copied());
+    let (_, v) = eigen3(&m);
+    Some(Shape::with_axis(Family::Plane, mean, v[0], [0.0; 3]))
+}
+
+/// Kasa's algebraic sphere.
+pub fn sphere(points: &[Vec3]) -> Option<Shape> {
+    let s = Scaled::of(points);
+    let mut a = nalgebra::Matrix4::zeros();
+    let mut b = nalgebra::Vector4::zeros();
+    for p in points {
+        let q = s.to(p);
+        let f = nalgebra::Vector4::new(q.x, q.y, q.z, 1.0);
+        a += f * f.transpose();
+        b += f * q.norm_squared();
+    }
+    let x = a.cholesky()?.solve(&b);
+    let c = Vec3::new(x[0], x[1], x[2]) / 2.0;
+    let r = (x[3] + c.norm_squared()).max(0.0).sqrt();
+    Some(Shape::with_axis(Family::Sphere, s.centroid + c * s.scale, Vec3::z(), [r * s.scale, 0.0, 0.0]))
+        .filter(Shape::is_proper)
+}
+
+/// Kasa's algebraic circle: centre and radius.
+fn circle(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, f64)> {
+    let mut a = Mat3::zeros();
+    let mut b = Vec3::zeros();
+    for q in points {
+        let f = Vec3::new(q.x, q.y, 1.0);
+        a += f * f.transpose();
+        b += f * q.norm_squared();
+    }
+    let x = a.cholesky()?.solve(&b);
+    let c = Vector2::new(x[0], x[1]) / 2.0;
+    Some((c, (x[2] + c.norm_squared()).max(0.0).sqrt()))
+}
+
+/// The direct ellipse: centre, unit directions, semi-axes.
+fn ellipse(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, Matrix2<f64>, [f64; 2])> {
+    let mut s1 = Mat3::zeros();
+    let mut s2 = Mat3::zeros();
+    let mut s3 = Mat3::zeros();
+    for q in points {
+        let d1 = Vec3::new(q.x * q.x, q.x * q.y, q.y * q.y);
+        let d2 = Vec3::new(q.x, q.y, 1.0);
+        s1 += d1 * d1.transpose();
+        s2 += d1 * d2.transpose();
+        s3 += d2 * d2.transpose();
+    }
+    let t = s3.cholesky()?.inverse() * s2.transpose();
+    let m = s1 - s2 * t;
+    let c = Mat3::new(0.0, 0.0, 2.0, 0.0, -1.0, 0.0, 2.0, 0.0, 0.0);
+    let a1 = constrained_minimiser(&m, &c)?;
+    let a2 = -t * a1;
+    let q = Matrix2::new(a1[0], a1[1] / 2.0, a1[1] / 2.0, a1[2]);
+    let centre = -q.try_inverse()? * Vector2::new(a2[0], a2[1]) / 2.0;
+    let value = (q * centre).dot(&centre) + a2[0] * centre.x + a2[1] * centre.y + a2[2];
+    let e = SymmetricEigen::new(q / -value);
+    let sizes = [e.eigenvalues[0], e.eigenvalues[1]].map(|l| 1.0 / l.sqrt());
+    sizes.iter().all(|s| s.is_finite() && *s > 0.0).then_some((centre, e.eigenvectors, sizes))
+}
+
+/// Directions that could be the axis of a cylinder through the patch.
+pub fn cylinder_axes(patch: &Patch<'_>, quadric: Option<&LocalQuadric>) -> Vec<Vec3> {
+    let m = patch.normals.iter().fold(Mat3::zeros(), |m, n| m + n * n.transpose());
+    let mut axes = vec![eigen3(&m).1[0]];
+    if let Some(q) = quadric {
+        let e = SymmetricEigen::new(q.e);
+        let k = e.eigenvalues.iamin();
+        axes.push(e.eigenvectors.column(k).into_owned());
+    }
+    axes
+}
+
+/// Circular cylinder about the direction `w`.
+pub fn cylinder(points: &[Vec3], w: &Vec3) -> Option<Shape> {
+    let s = Scaled::of(points);
+    let (u, v) = perpendicular_frame(w);
+    let flat: Vec<_> = points.iter().map(|p| s.to(p)).map(|q| Vector2::new(q.dot(&u), q.dot(&v))).collect();
+    let (c, r) = circle(&flat)?;
+    let origin = s.centroid + (u * c.x + v * c.y) * s.scale;
+    Some(Shape::with_axis(Family::Cylinder, origin, *w, [r * s.scale, 0.0, 0.0])).filter(Shape::is_proper)
+}
+
+/// Elliptic cylinder about the direction `w`.
+pub fn elliptic_cylinder(points: &[Vec3], w: &Vec3) -> Option<Shape> {
+    let s = Scaled::of(points);
+    let (u, v) = perpendicular_frame(w);
+    let flat: Vec<_> = points.iter().map(|p| s.to(p)).map(|q| Vector2::new(q.dot(&u), q.dot(&v))).collect();
+    let (c, d, size) = ellipse(&flat)?;
+    let origin = s.centroid + (u * c.x + v * c.y) * s.scale;
+    let du = u * d[(0, 0)] + v * d[(1, 0)];
+    Some(Shape {
+        family: Family::EllipticCylinder,
+        origin,
+        frame: Mat3::from_columns(&[du, w.cross(&du), *w]),
+        size: [size[0] * s.scale, size[1] * s.scale, 0.0],
+    })
+    .filter(Shape::is_proper)
+}
+
+/// Cone from n.(x - apex) = 0 and the constant angle of the rulings to the axis.
+pub fn cone(patch: &Patch<'_>) -> Option<Shape> {
+    let s = Scaled::of(patch.points);
+    let (mut a, mut b) = (Mat3::zeros(), Vec3::zeros());
+    for (p, n) in patch.points.iter().zip(patch.normals) {
+        let nn = n * n.transpose();
+        a += nn;
+        b += nn * s.to(p);
+    }
+    let apex = a.cholesky()?.solve(&b);
+    if apex.norm() > 1e3 {
+        return None;
+    }
+    let rulings = patch.points.iter().map(|p| (s.to(p) - apex).normalize());
+    let (mean, m) = covariance(rulings);
+    let mut w = eigen3(&m).1[0];
+    if w.dot(&mean) < 0.0 {
+        w = -w;
+    }
+    let half = w.dot(&mean).clamp(-1.0, 1.0).acos();
+    let height = -apex.dot(&w);
+    let shape = Shape::with_axis(
+        Family::Cone,
+        s.centroid + (apex + w * height) * s.scale,
+        w,
+        [height * half.tan() * s.scale, half, 0.0],
+    );
+    (shape.is_proper() && half > 0.01 && half < 1.54).then_some(shape)
+}
+
+/// Torus: axis from the linear complex of the normals (every normal line meets the axis), then the
+/// circle of the points in the half-plane through it.
+pub fn torus(patch: &Patch<'_>) -> Option<Shape> {
+    let s = Scaled::of(patch.points);
+    let mut m = SMatrix::<f64, 6, 6>::zeros();
+    for (p, n) in patch.points.iter().zip(patch.normals) {
+        let moment = s.to(p).cross(n);
+        let v = SVector::<f64, 6>::new(moment.x, moment.y, moment.z, n.x, n.y, n.z);
+        m += v * v.transpose();
+    }
+    let e = SymmetricEigen::new(m);
+    let mut order: Vec<usize> = (0..6).collect();
+    order.sort_by(|&a, &b| e.eigenvalues[a].total_cmp(&e.eigenvalues[b]));
+    order.iter().take(2).filter_map(|&k| torus_about(&s, patch.points, &e.eigenvectors.column(k).into_owned())).min_by(
+        |a, b| spread(a, patch.points).total_cmp(&spread(b, patch.points)),
+    )
+}
+
+fn spread(shape: &Shape, points: &[Vec3]) -> f64 {
+    points.iter().map(|p| shape.distance(p).powi(2)).sum()
+}
+
+fn torus_about(s: &Scaled, points: &[Vec3], complex: &SVector<f64, 6>) -> Option<Shape> {
+    let w = Vec3::new(complex[0], complex[1], complex[2]);
+    let mu = Vec3::new(complex[3], complex[4], complex[5]);
+    let sq = w.norm_squared();
+    if sq < 1e-6 {
+        return None;
+    }
+    let foot = w.cross(&mu) / sq;
+    let w = w / sq.sqrt();
+    let flat: Vec<_> = points
+        .iter()
+        .map(|p| s.to(p) - foot)
+        .map(|q| {
+            let h = q.dot(&w);
+            Vector2::new((q - h * w).norm(), h)
+        })
+        .collect();
+    let (c, r) = circle(&flat)?;
+    let origin = s.centroid + (foot + w * c.y) * s.scale;
+    let shape = Shape::with_axis(Family::Torus, origin, w, [c.x * s.scale, r * s.scale, 0.0]);
+    (shape.is_proper() && c.x < 1e3 && r < 1e3).then_some(shape)
+}
+
+/// A general quadric in the patch's centred and scaled frame.
+pub struct LocalQuadric {
+    /// Quadratic part.
+    pub e: Mat3,
+    linear: Vec3,
+    constant: f64,
+    scaled: Scaled,
+}
+
+impl LocalQuadric {
+    fn new(a: &[f64], constant: f64, scaled: Scaled) -> Self {
+        let e = Mat3::new(
+            a[0], a[3] / 2.0, a[5] / 2.0, a[3] / 2.0, a[1], a[4] / 2.0, a[5] / 2.0, a[4] / 2.0, a[2],
+        );
+        Self { e, linear: Vec3::new(a[6], a[7], a[8]), constant, scaled }
+    }
+
+    /// The ellipsoid it is; `None` where its quadratic part is not definite.
+    pub fn ellipsoid(&self) -> Option<Shape> {
+        let centre = -self.e.try_inverse()? * self.linear / 2.0;
+        let value = (self.e * centre + self.linear).dot(&centre) + self.constant;
+        let eig = SymmetricEigen::new(self.e / -value);
+        let size: [f64; 3] = [0, 1, 2].map(|i| 1.0 / eig.eigenvalues[i].sqrt() * self.scaled.scale);
+        if !size.iter().all(|s| s.is_finite() && *s > 0.0) {
+            return None;
+        }
+        let mut frame = eig.eigenvectors;
+        if frame.determinant() < 0.0 {
+            frame.column_mut(0).neg_mut();
+        }
+        let origin = self.scaled.centroid + centre * self.scaled.scale;
+        Some(Shape { family: Family::Ellipsoid, origin, frame, size })
+    }
+}
+
+fn features(q: &Vec3) -> SVector<f64, 9> {
+    SVector::from([q.x * q.x, q.y * q.y, q.z * q.z, q.x * q.y, q.y * q.z, q.x * q.z, q.x, q.y, q.z])
+}
+
+/// Scatter of the nine features about their mean, their mean, and Taubin's gradient matrix.
+fn quadric_sums(s: &Scaled, points: &[Vec3]) -> (SMatrix<f64, 9, 9>, SVector<f64, 9>, SMatrix<f64, 9, 9>) {
+    let mut sum = SVector::<f64, 9>::zeros();
+    let mut scatter = SMatrix::<f64, 9, 9>::zeros();
+    let mut gradient = SMatrix::<f64, 9, 9>::zeros();
+    for p in points {
+        let q = s.to(p);
+        let f = features(&q);
+        sum += f;
+        scatter += f * f.transpose();
+        for d in 0..3 {
+            let mut g = SVector::<f64, 9>::zeros();
+            g[d] = 2.0 * q[d];
+            g[3] = [q.y, q.x, 0.0][d];
+            g[4] = [0.0, q.z, q.y][d];
+            g[5] = [q.z, 0.0, q.x][d];
+            g[6 + d] = 1.0;
+            gradient += g * g.transpose();
+        }
+    }
+    let n = points.len() as f64;
+    let mean = sum / n;
+    (scatter - mean * mean.transpose() * n, mean, gradient)
+}
+
+/// Taubin's quadric and Li and Griffiths' ellipsoid-specific one.
+pub fn quadrics(points: &[Vec3]) -> (Option<LocalQuadric>, Option<LocalQuadric>) {
+    let s = Scaled::of(points);
+    let (scatter, mean, gradient) = quadric_sums(&s, points);
+    let wrap = |a: SVector<f64, 9>, s: Scaled| {
+        let constant = -mean.dot(&a);
+        LocalQuadric::new(a.as_slice(), constant, s)
+    };
+    let taubin = constrained_minimiser(&scatter, &gradient).map(|a| wrap(a, Scaled { ..s }));
+    let specific = (|| {
+        let a = scatter.fixed_view::<6, 6>(0, 0).into_owned();
+        let b = scatter.fixed_view::<6, 3>(0, 6).into_owned();
+        let c = scatter.fixed_view::<3, 3>(6, 6).into_owned();
+        let t = c.cholesky()?.inverse() * b.transpose();
+        let m = a - b * t;
+        // 4 J - I2 in terms of (a, b, c, and twice the mixed terms)
+        let k = 4.0;
+        let o = k / 2.0 - 1.0;
+        let mut con = SMatrix::<f64, 6, 6>::zeros();
+        for i in 0..3 {
+            for j in 0..3 {
+                con[(i, j)] = if i == j { -1.0 } else { o };
+            }
+            con[(3 + i, 3 + i)] = -k / 4.0;
+        }
+        let q = constrained_minimiser(&m, &con)?;
+        let l = -t * q;
+        let all = SVector::<f64, 9>::from_fn(|i, _| if i < 6 { q[i] } else { l[i - 6] });
+        Some(wrap(all, Scaled { ..s }))
+    })();
+    (taubin, specific)
+}

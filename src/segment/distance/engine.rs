@@ -1,0 +1,413 @@
+//! Discovery on a scene: hypotheses, selection, relabelling, merging, types, rejection.
+
+use rayon::prelude::*;
+
+use super::family::Families;
+use super::hypothesis::{Hypothesis, Walk, grow};
+use super::label::{members, relabel};
+use super::scene::Scene;
+use super::select::select;
+use crate::fit::least_squares::{Options, fit};
+use crate::fit::starts::Patch;
+use crate::fit::{Family, Shape};
+use crate::geometry::Vec3;
+
+/// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
+const BATCH: usize = 8;
+/// Points a hypothesis needs to be kept.
+const MIN_SUPPORT: usize = 30;
+/// Seeds that may fail in a row before the search ends.
+const MAX_FAILURES: usize = 400;
+
+/// The surfaces found in a scene and the label of each of its points.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// Surfaces; a label is an index here.
+    pub shapes: Vec<Shape>,
+    /// One label a point, -1 = none.
+    pub labels: Vec<i32>,
+    /// Seeds tried, and how many of them failed.
+    pub trials: (usize, usize),
+    /// Regions joined to another.
+    pub merges: usize,
+}
+
+/// A small, documented generator (splitmix64): the same seed gives the same numbers everywhere.
+pub struct SplitMix(pub u64);
+
+impl SplitMix {
+    /// The next 64 bits.
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+    /// A number below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        ((u128::from(self.next()) * n as u128) >> 64) as usize
+    }
+}
+
+/// Grows hypotheses until every point is covered or has been tried.
+pub fn hypothesise(scene: &Scene, families: &Families, seed: u64, trials: &mut (usize, usize)) -> Vec<Hypothesis> {
+    let n = scene.len();
+    let mut covered = vec![false; n];
+    let mut rng = SplitMix(seed);
+    let mut out: Vec<Hypothesis> = Vec::new();
+    let mut failures_in_a_row = 0;
+    let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(n)).collect();
+    let mut tried = vec![false; n];
+    while failures_in_a_row < MAX_FAILURES {
+        let mut pool: Vec<u32> = (0..n as u32)
+            .filter(|&i| {
+                let i = i as usize;
+                !covered[i] && !tried[i] && {
+                    let free = scene.neighbours(i).iter().filter(|&&j| !covered[j as usize]).count();
+                    free * 2 >= super::scene::K
+                }
+            })
+            .collect();
+        if pool.len() < 8 {
+            break;
+        }
+        let mut seeds = Vec::new();
+        for _ in 0..BATCH.min(1 + pool.len() / 40) {
+            // The smoothest of a few: interiors before edges, yet a tight arc has its turn.
+            let pick = (0..8)
+                .map(|_| rng.below(pool.len()))
+                .min_by(|&a, &b| {
+                    scene.roughness[pool[a] as usize].total_cmp(&scene.roughness[pool[b] as usize])
+                })
+                .unwrap_or(0);
+            seeds.push(pool.swap_remove(pick) as usize);
+        }
+        let grown: Vec<Option<Hypothesis>> = seeds
+            .par_iter()
+            .zip(walks.par_iter_mut())
+            .map(|(&s, walk)| grow(scene, walk, families, s, MIN_SUPPORT))
+            .collect();
+        for (&s, h) in seeds.iter().zip(grown) {
+            trials.0 += 1;
+            tried[s] = true;
+            for &j in scene.neighbours(s) {
+                tried[j as usize] = true;
+            }
+            let Some(h) = h else {
+                trials.1 += 1;
+                failures_in_a_row += 1;
+                continue;
+            };
+            failures_in_a_row = 0;
+            let limit = 2.5 * families.sigma;
+            for &j in &h.support {
+                if h.shape.distance(&scene.points[j as usize]).abs() < limit {
+                    covered[j as usize] = true;
+                }
+            }
+            out.push(h);
+        }
+    }
+    out
+}
+
+/// Points of `members`, at most about `limit` of them, evenly along the scene's order.
+pub fn take(scene: &Scene, members: &[u32], limit: usize) -> Vec<Vec3> {
+    let m = members.len().min(limit);
+    (0..m).map(|k| scene.points[members[k * members.len() / m] as usize]).collect()
+}
+
+fn refit(scene: &Scene, shapes: &mut [Shape], labels: &[i32], sigma: f64, limit: usize) {
+    let groups = members(labels, shapes.len());
+    shapes.par_iter_mut().zip(&groups).for_each(|(s, g)| {
+        let points = take(scene, g, limit);
+        if let Some(f) = fit(s, &points, None, &Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-6 }) {
+            *s = f.shape;
+        }
+    });
+}
+
+/// Relabels and refits until few labels change.
+pub fn settle(scene: &Scene, model: &mut Model, sigma: f64, rounds: usize) {
+    for _ in 0..rounds {
+        let before = model.labels.clone();
+        relabel(scene, &model.shapes, &mut model.labels, sigma, 12);
+        refit(scene, &mut model.shapes, &model.labels, sigma, 4000);
+        let changed = before.iter().zip(&model.labels).filter(|(a, b)| a != b).count();
+        if changed * 2000 <= scene.len() {
+            break;
+        }
+    }
+}
+
+/// Drops regions below `min_points`, or whose points are mostly explained by others.
+pub fn prune(model: &mut Model, min_points: usize) -> bool {
+    let mut count = vec![0usize; model.shapes.len()];
+    for &l in &model.labels {
+        if l >= 0 {
+            count[l as usize] += 1;
+        }
+    }
+    let keep: Vec<bool> = count.iter().map(|&c| c >= min_points).collect();
+    retain(model, &keep)
+}
+
+/// Keeps the regions that `keep` says and renumbers labels. Returns whether any went.
+pub fn retain(model: &mut Model, keep: &[bool]) -> bool {
+    if keep.iter().all(|k| *k) {
+        return false;
+    }
+    let mut to = vec![-1i32; keep.len()];
+    let mut next = 0;
+    for (t, k) in to.iter_mut().zip(keep) {
+        if *k {
+            *t = next;
+            next += 1;
+        }
+    }
+    let mut it = keep.iter();
+    model.shapes.retain(|_| *it.next().unwrap_or(&false));
+    for l in &mut model.labels {
+        if *l >= 0 {
+            *l = to[*l as usize];
+        }
+    }
+    true
+}
+
+/// Robust sigma of all labelled points about their surfaces.
+pub fn residual_sigma(scene: &Scene, model: &Model) -> Option<f64> {
+    let mut r: Vec<f64> = model
+        .labels
+        .iter()
+        .zip(&scene.points)
+        .filter(|(l, _)| **l >= 0)
+        .map(|(&l, p)| model.shapes[l as usize].distance(p).abs())
+        .collect();
+    if r.len() < 100 {
+        return None;
+    }
+    let k = r.len() / 2;
+    Some(1.4826 * *r.select_nth_unstable_by(k, f64::total_cmp).1)
+}
+
+/// Puts each region's best family in, judged on its core.
+pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
+    let groups = members(&model.labels, model.shapes.len());
+    let labels = &model.labels;
+    let next: Vec<Option<Shape>> = model
+        .shapes
+        .par_iter()
+        .zip(&groups)
+        .enumerate()
+        .map(|(l, (s, g))| {
+            let core: Vec<u32> = g
+                .iter()
+                .copied()
+                .filter(|&i| scene.neighbours(i as usize).iter().all(|&j| labels[j as usize] == l as i32))
+                .collect();
+            let set = if core.len() >= 60 && core.len() * 3 > g.len() { &core } else { g };
+            let points = take(scene, set, 2000);
+            let normals: Vec<Vec3> = {
+                let m = set.len().min(2000);
+                (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect()
+            };
+            let best = families.best(&Patch { points: &points, normals: &normals }, &[*s], true)?;
+            (best.shape.family != s.family).then_some(best.shape)
+        })
+        .collect();
+    let mut changed = 0;
+    for (s, n) in model.shapes.iter_mut().zip(next) {
+        if let Some(n) = n {
+            *s = n;
+            changed += 1;
+        }
+    }
+    changed
+}
+
+/// Pairs of labels that meet along a border, each with how many graph edges cross it.
+pub fn borders(scene: &Scene, labels: &[i32]) -> std::collections::BTreeMap<(usize, usize), usize> {
+    let mut out = std::collections::BTreeMap::new();
+    for (i, &l) in labels.iter().enumerate() {
+        if l < 0 {
+            continue;
+        }
+        for &j in scene.neighbours(i) {
+            let m = labels[j as usize];
+            if m >= 0 && m != l {
+                *out.entry((l.min(m) as usize, l.max(m) as usize)).or_insert(0) += 1;
+            }
+        }
+    }
+    out
+}
+
+/// Joins pairs of regions whose joint fit costs less description length: pairs of one family
+/// wherever they lie, and neighbours of unlike families under either one's.
+pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
+    let sigma = families.sigma;
+    let inverse = 1.0 / (sigma * sigma);
+    let mut merges = 0;
+    loop {
+        let groups = members(&model.labels, model.shapes.len());
+        let samples: Vec<Vec<Vec3>> = groups.iter().map(|g| take(scene, g, 300)).collect();
+        let m = model.shapes.len();
+        let touching = borders(scene, &model.labels);
+        let mut pairs = Vec::new();
+        for a in 0..m {
+            for b in a + 1..m {
+                if model.shapes[a].family == model.shapes[b].family || touching.contains_key(&(a, b)) {
+                    pairs.push((a, b));
+                }
+            }
+        }
+        let cost = |s: &Shape, p: &[Vec3]| -> f64 {
+            p.iter().map(|x| (s.distance(x).powi(2) * inverse).min(16.0)).sum()
+        };
+        let mut found: Vec<(f64, usize, usize, Shape)> = pairs
+            .par_iter()
+            .filter_map(|&(a, b)| {
+                let (sa, sb) = (&model.shapes[a], &model.shapes[b]);
+                if sa.family == sb.family && !could_be_one(sa, sb, &samples[a], &samples[b]) {
+                    return None;
+                }
+                let points: Vec<Vec3> = samples[a].iter().chain(&samples[b]).copied().collect();
+                let length = |s: &Shape| s.family.description_length(points.len());
+                let apart = cost(sa, &samples[a]) + cost(sb, &samples[b]) + length(sa) + length(sb);
+                let mut best: Option<(f64, Shape)> = None;
+                for s in [sa, sb] {
+                    // A surface that misses most of the other's points is no start for both.
+                    let other = if std::ptr::eq(s, sa) { &samples[b] } else { &samples[a] };
+                    if sa.family != sb.family && cost(s, other) > 8.0 * other.len() as f64 {
+                        continue;
+                    }
+                    let o = Options { cauchy: Some(4.0 * sigma), steps: 20, tolerance: 1e-4 };
+                    let Some(f) = fit(s, &points, None, &o) else { continue };
+                    let c = cost(&f.shape, &points) + length(s);
+                    if best.is_none_or(|b| c < b.0) {
+                        best = Some((c, f.shape));
+                    }
+                }
+                let (joint, shape) = best?;
+                (joint < apart).then_some((joint - apart, a, b, shape))
+            })
+            .collect();
+        found.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let mut used = vec![false; m];
+        let mut keep = vec![true; m];
+        for (_, a, b, shape) in found {
+            if used[a] || used[b] {
+                continue;
+            }
+            used[a] = true;
+            used[b] = true;
+            keep[b] = false;
+            model.shapes[a] = shape;
+            for l in &mut model.labels {
+                if *l == b as i32 {
+                    *l = a as i32;
+                }
+            }
+            merges += 1;
+        }
+        if !retain(model, &keep) {
+            return merges;
+        }
+    }
+}
+
+/// A cheap look before the joint fit: whether sizes and directions are near enough to try.
+fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
+    let reach = |p: &[Vec3]| {
+        let c = p.iter().sum::<Vec3>() / p.len().max(1) as f64;
+        p.iter().map(|x| (x - c).norm()).fold(0.0, f64::max)
+    };
+    let size = reach(pa).max(reach(pb));
+    let worst = |s: &Shape, p: &[Vec3]| {
+        let mut d: Vec<f64> = p.iter().map(|x| s.distance(x).abs()).collect();
+        let k = d.len() / 2;
+        *d.select_nth_unstable_by(k, f64::total_cmp).1
+    };
+    worst(a, pb).min(worst(b, pa)) < 0.1 * size && {
+        let axial = a.family != Family::Sphere && a.family != Family::Ellipsoid;
+        !axial || a.w().dot(&b.w()).abs() > 0.9
+    }
+}
+
+/// Finds the surfaces of a scene.
+pub fn discover(scene: &Scene, families: &mut Families, seed: u64, min_points: usize) -> Model {
+    let mut model = Model { labels: vec![-1; scene.len()], ..Model::default() };
+    let debug = std::env::var("CONICOID_DEBUG").is_ok();
+    for pass in 0..3 {
+        let open: Vec<u32> = (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();
+        if open.len() < 60 {
+            break;
+        }
+        let mut trials = (0, 0);
+        let rest;
+        let part = if pass == 0 {
+            scene
+        } else {
+            // What is left has a graph of its own: strips a point or two wide hold together in it.
+            let mut s = Scene::new(open.iter().map(|&i| scene.points[i as usize]).collect());
+            s.sharpen_normals(families.sigma);
+            rest = s;
+            &rest
+        };
+        let found = hypothesise(part, families, seed ^ pass, &mut trials);
+        model.trials.0 += trials.0;
+        model.trials.1 += trials.1;
+        let grown = found.len();
+        let none = vec![-1; part.len()];
+        let (chosen, labels) = select(part, found, families.sigma, &none, model.shapes.len(), 40);
+        if debug {
+            eprintln!("pass {pass}: open {} trials {trials:?} grown {grown} chosen {}", open.len(), chosen.len());
+        }
+        if chosen.is_empty() {
+            break;
+        }
+        for (&i, l) in open.iter().zip(labels) {
+            model.labels[i as usize] = l;
+        }
+        model.shapes.extend(chosen.iter().map(|h| h.shape));
+        settle(scene, &mut model, families.sigma, 8);
+        let changed = retype(scene, &mut model, families);
+        model.merges += merge(scene, &mut model, families);
+        prune(&mut model, min_points.min(40));
+        settle(scene, &mut model, families.sigma, 8);
+        let changed2 = retype(scene, &mut model, families);
+        model.merges += merge(scene, &mut model, families);
+        settle(scene, &mut model, families.sigma, 8);
+        prune(&mut model, min_points.min(40));
+        for round in 0..3 {
+            let cov = |m: &Model| m.labels.iter().filter(|l| **l >= 0).count();
+            if debug { eprintln!("   covered {}", cov(&model)); }
+            let gone = super::moves::remove_needless(scene, &mut model, families.sigma);
+            let swapped = super::moves::swap_families(scene, &mut model, families);
+            let c1 = cov(&model);
+            let mm = merge(scene, &mut model, families);
+            model.merges += mm;
+            let c2 = cov(&model);
+            settle(scene, &mut model, families.sigma, 8);
+            if debug {
+                eprintln!("   {c1} {c2} {} merged {mm}", cov(&model));
+                eprintln!("  moves {round}: gone {gone} swapped {swapped}");
+            }
+            if gone + swapped == 0 {
+                break;
+            }
+        }
+        if debug {
+            eprintln!("  regions {} retyped {changed}+{changed2} sigma {:.3e} residual {:?}", model.shapes.len(), families.sigma, residual_sigma(scene, &model));
+            for (s, g) in model.shapes.iter().zip(members(&model.labels, model.shapes.len())) {
+                eprintln!("    {:?} {} {:.4?}", s.family, g.len(), s.size);
+            }
+        }
+        if let Some(s) = residual_sigma(scene, &model) {
+            families.sigma = s.max(families.sigma * 0.2).min(families.sigma * 1.05).max(families.floor);
+        }
+    }
+    model
+}

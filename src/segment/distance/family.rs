@@ -1,0 +1,156 @@
+//! Which family explains a set of points best.
+
+use crate::fit::least_squares::{Fitted, Options, fit};
+use crate::fit::starts::{self, Patch};
+use crate::fit::{Family, Shape};
+use crate::geometry::Vec3;
+
+/// What may be fitted, and how exact the points are.
+#[derive(Clone, Debug)]
+pub struct Families {
+    /// Allowed families by degrees of freedom; the torus is always among them as a competitor.
+    pub allowed: Vec<Family>,
+    /// Noise of the points.
+    pub sigma: f64,
+    /// Sigma is never taken to be less: rounding of the input.
+    pub floor: f64,
+    /// Largest radius taken seriously; beyond it a plane is meant.
+    pub max_radius: f64,
+}
+
+/// A fit and its score.
+#[derive(Clone, Copy, Debug)]
+pub struct Scored {
+    /// The shape.
+    pub shape: Shape,
+    /// Truncated chi2: sum of min(r2 / sigma2, 16).
+    pub chi2: f64,
+    /// chi2 and the family's description length.
+    pub bic: f64,
+    /// chi2 / (n - dof).
+    pub reduced: f64,
+}
+
+impl Families {
+    /// Whether a shape is too small, too large or too flat to mean anything at this noise.
+    pub fn degenerate(&self, s: &Shape) -> bool {
+        s.min_radius() < 6.0 * self.sigma
+            || s.max_radius() > self.max_radius
+            || (s.family == Family::Cone && s.size[1].abs() < 1e-4)
+            || (s.family == Family::Torus && s.size[0] < 6.0 * self.sigma)
+    }
+
+    /// Scores a shape on points.
+    pub fn score(&self, shape: Shape, points: &[Vec3]) -> Scored {
+        let inverse = 1.0 / (self.sigma * self.sigma);
+        let chi2: f64 = points.iter().map(|p| (shape.distance(p).powi(2) * inverse).min(16.0)).sum();
+        let (n, p) = (points.len() as f64, shape.family.dof() as f64);
+        Scored { shape, chi2, bic: chi2 + shape.family.description_length(points.len()), reduced: chi2 / (n - p).max(1.0) }
+    }
+
+    /// Robust fit of one family from `start`.
+    pub fn polish(&self, start: &Shape, points: &[Vec3], steps: usize) -> Option<Fitted> {
+        fit(start, points, None, &Options { cauchy: Some(2.5 * self.sigma), steps, tolerance: 1e-3 })
+    }
+
+    /// Whether a score is what noise alone would give.
+    pub fn explains(&self, s: &Scored, n: usize) -> bool {
+        s.reduced < 1.0 + 1.5 * (2.0 / n as f64).sqrt()
+    }
+
+    /// The best family for a patch: families by rising degrees of freedom, from `warm` shapes and
+    /// from cold starts, up to the first that explains the points; the least BIC of those tried.
+    pub fn best(&self, patch: &Patch<'_>, warm: &[Shape], all: bool) -> Option<Scored> {
+        let tried = self.fit_in_turn(patch, warm, all);
+        tried.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))
+    }
+
+    /// The best fit of every family, by degrees of freedom.
+    pub fn each(&self, patch: &Patch<'_>, warm: &[Shape]) -> Vec<Scored> {
+        self.fit_in_turn(patch, warm, true)
+    }
+
+    fn fit_in_turn(&self, patch: &Patch<'_>, warm: &[Shape], all: bool) -> Vec<Scored> {
+        let n = patch.points.len();
+        let quadrics = std::cell::OnceCell::new();
+        let mut seen: Vec<Shape> = warm.to_vec();
+        let mut out: Vec<Scored> = Vec::new();
+        for &family in &self.allowed {
+            if n <= family.dof() + 3 {
+                break;
+            }
+            let mut own: Option<Scored> = None;
+            for s in self.starts(family, patch, &seen, &quadrics) {
+                let Some(f) = self.polish(&s, patch.points, 25) else { continue };
+                if self.degenerate(&f.shape) {
+                    continue;
+                }
+                let scored = self.score(f.shape, patch.points);
+                if own.is_none_or(|o| scored.chi2 < o.chi2) {
+                    own = Some(scored);
+                }
+                if self.explains(&scored, n) {
+                    break;
+                }
+            }
+            if let Some(o) = own {
+                seen.push(o.shape);
+                out.push(o);
+                if !all && self.explains(&o, n) {
+                    break;
+                }
+            }
+        }
+        out
+    }
+
+    /// Starts of one family: shapes of it (or one step simpler) already seen, then cold ones.
+    fn starts(
+        &self,
+        family: Family,
+        patch: &Patch<'_>,
+        seen: &[Shape],
+        quadrics: &std::cell::OnceCell<(Option<starts::LocalQuadric>, Option<starts::LocalQuadric>)>,
+    ) -> Vec<Shape> {
+        let p = patch.points;
+        let quadrics = || quadrics.get_or_init(|| starts::quadrics(p));
+        let mut out: Vec<Shape> = seen.iter().rev().filter(|s| s.family == family).copied().collect();
+        match family {
+            Family::Plane => out.extend(starts::plane(p)),
+            Family::Sphere => out.extend(starts::sphere(p)),
+            Family::Cylinder => out.extend(
+                starts::cylinder_axes(patch, quadrics().0.as_ref())
+                    .iter()
+                    .filter_map(|w| starts::cylinder(p, w)),
+            ),
+            Family::Cone => {
+                out.extend(starts::cone(patch));
+                for s in seen.iter().filter(|s| s.family == Family::Cylinder) {
+                    for half in [0.05, -0.05] {
+                        out.push(Shape { family, size: [s.size[0], half, 0.0], ..*s });
+                    }
+                }
+            }
+            Family::EllipticCylinder => {
+                out.extend(
+                    starts::cylinder_axes(patch, quadrics().0.as_ref())
+                        .iter()
+                        .filter_map(|w| starts::elliptic_cylinder(p, w)),
+                );
+                for s in seen.iter().filter(|s| s.family == Family::Cylinder) {
+                    out.push(Shape { family, size: [s.size[0] * 1.05, s.size[0], 0.0], ..*s });
+                }
+            }
+            Family::Torus => out.extend(starts::torus(patch)),
+            Family::Ellipsoid => {
+                let (taubin, specific) = quadrics();
+                out.extend(taubin.as_ref().and_then(starts::LocalQuadric::ellipsoid));
+                out.extend(specific.as_ref().and_then(starts::LocalQuadric::ellipsoid));
+                for s in seen.iter().filter(|s| s.family == Family::Sphere) {
+                    out.push(Shape { family, size: [s.size[0] * 1.05, s.size[0], s.size[0] * 0.95], ..*s });
+                }
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,185 @@
+//! Growing one hypothesis from a seed: start set, fits at doubling sizes, support.
+
+use super::family::{Families, Scored};
+use super::scene::Scene;
+use crate::fit::Shape;
+use crate::fit::starts::Patch;
+use crate::geometry::Vec3;
+
+/// Points a fit during growth looks at.
+const FIT_SAMPLE: usize = 500;
+/// Support reaches this many sigmas from the surface.
+const REACH: f64 = 3.0;
+
+/// A surface grown from one seed and the connected points near it.
+#[derive(Clone, Debug)]
+pub struct Hypothesis {
+    /// The surface.
+    pub shape: Shape,
+    /// Connected points within three sigmas, in order of discovery.
+    pub support: Vec<u32>,
+}
+
+/// Scratch memory for walks over the graph, reused between them.
+pub struct Walk {
+    stamp: Vec<u32>,
+    now: u32,
+    queue: Vec<u32>,
+}
+
+impl Walk {
+    /// Scratch for a scene of `n` points.
+    pub fn new(n: usize) -> Self {
+        Self { stamp: vec![0; n], now: 0, queue: Vec::new() }
+    }
+
+    /// Breadth-first walk from `from`, entering the points that `enter(from, to)` lets in, up to
+    /// `limit` points.
+    pub fn run(
+        &mut self,
+        scene: &Scene,
+        from: &[u32],
+        limit: usize,
+        mut enter: impl FnMut(Option<usize>, usize) -> bool,
+    ) -> &[u32] {
+        self.now += 1;
+        self.queue.clear();
+        for &i in from {
+            if self.stamp[i as usize] != self.now {
+                self.stamp[i as usize] = self.now;
+                if enter(None, i as usize) {
+                    self.queue.push(i);
+                }
+            }
+        }
+        let mut head = 0;
+        while head < self.queue.len() && self.queue.len() < limit {
+            let i = self.queue[head] as usize;
+            head += 1;
+            for &j in scene.neighbours(i) {
+                if self.stamp[j as usize] != self.now && enter(Some(i), j as usize) {
+                    self.stamp[j as usize] = self.now;
+                    self.queue.push(j);
+                }
+            }
+        }
+        &self.queue
+    }
+}
+
+/// Collects every `step`-th of `support` as points and normals, at most about `limit`.
+fn sample(scene: &Scene, support: &[u32], limit: usize, points: &mut Vec<Vec3>, normals: &mut Vec<Vec3>) {
+    points.clear();
+    normals.clear();
+    let m = support.len().min(limit);
+    for k in 0..m {
+        let i = support[k * support.len() / m] as usize;
+        points.push(scene.points[i]);
+        normals.push(scene.normals[i]);
+    }
+}
+
+/// The start set of a seed: connected points whose chords lie in the tangent planes.
+fn start_set(scene: &Scene, walk: &mut Walk, seed: usize, size: usize, sigma: f64) -> Vec<u32> {
+    let set = walk.run(scene, &[seed as u32], size, |from, to| {
+        let Some(from) = from else { return true };
+        let d = scene.points[to] - scene.points[from];
+        let length = d.norm();
+        let slack = 3.0 * sigma;
+        scene.normals[from].dot(&d).abs() < 0.3 * length + slack
+            && scene.normals[to].dot(&d).abs() < 0.3 * length + slack
+            && (scene.normals[from].dot(&scene.normals[to]).abs() > 0.7 || length < 4.0 * sigma)
+    });
+    set[..set.len().min(size)].to_vec()
+}
+
+/// Start sizes, tried in turn at each seed: a large start sees curvature through the noise, a small
+/// one fits into a small face or beside a joint.
+const START_SIZES: [usize; 3] = [160, 60, 30];
+
+/// Grows a hypothesis from `seed`; `None` where nothing fits from any start size, or where what fits
+/// does not reach `min_points`.
+pub fn grow(
+    scene: &Scene,
+    walk: &mut Walk,
+    families: &Families,
+    seed: usize,
+    min_points: usize,
+) -> Option<Hypothesis> {
+    START_SIZES.iter().find_map(|&size| {
+        grow_from(scene, walk, families, seed, size).filter(|h| h.support.len() >= min_points)
+    })
+}
+
+fn grow_from(
+    scene: &Scene,
+    walk: &mut Walk,
+    families: &Families,
+    seed: usize,
+    size: usize,
+) -> Option<Hypothesis> {
+    let sigma = families.sigma;
+    let (mut points, mut normals) = (Vec::new(), Vec::new());
+    let mut support = start_set(scene, walk, seed, size, sigma);
+    if support.len() < size.min(24) {
+        return None;
+    }
+    sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
+    let mut best: Scored = families.best(&Patch { points: &points, normals: &normals }, &[], false)?;
+    if best.reduced > 2.0 {
+        return None;
+    }
+    let mut good: Option<Hypothesis> = None;
+    let mut fresh = true;
+    for _ in 0..40 {
+        let shape = best.shape;
+        let limit = (support.len() * 2).max(40);
+        let next = walk
+            .run(scene, &support, limit, |_, j| {
+                shape.distance(&scene.points[j]).abs() < REACH * sigma
+            })
+            .to_vec();
+        if next.len() < 20 {
+            break;
+        }
+        let stalled = next.len() * 20 < support.len() * 21;
+        if stalled && fresh {
+            support = next;
+            break;
+        }
+        support = next;
+        sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
+        let patch = Patch { points: &points, normals: &normals };
+        let warm = families
+            .polish(&shape, &points, 12)
+            .map(|f| families.score(f.shape, &points))
+            .filter(|s| !families.degenerate(&s.shape));
+        match warm {
+            Some(w) if !stalled && families.explains(&w, points.len()) => {
+                best = w;
+                fresh = false;
+            }
+            _ => {
+                let mut starts = vec![shape];
+                starts.extend(warm.map(|w| w.shape));
+                best = families.best(&patch, &starts, false)?;
+                fresh = true;
+            }
+        }
+        if best.reduced < 1.35 {
+            good = Some(Hypothesis { shape: best.shape, support: support.clone() });
+        } else if best.reduced > 2.0 {
+            break;
+        }
+    }
+    let shape = best.shape;
+    if best.reduced < 1.35 {
+        let support = walk
+            .run(scene, &support, usize::MAX, |_, j| {
+                shape.distance(&scene.points[j]).abs() < REACH * sigma
+            })
+            .to_vec();
+        return Some(Hypothesis { shape, support });
+    }
+    good
+}

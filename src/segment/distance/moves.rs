@@ -1,0 +1,295 @@
+//! Moves on the total energy of the scene: take a surface out, or put another family in.
+//!
+//! Residuals of a region whose labels leak over a smooth joint cannot decide its type, nor whether it
+//! is needed at all; the energy of all points it could win or lose can.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::engine::{Model, borders, retain, take};
+use super::family::Families;
+use super::label::{ACCEPT, members};
+use super::scene::Scene;
+use crate::fit::least_squares::{Options, fit};
+use crate::fit::starts::Patch;
+use crate::fit::{Family, Shape};
+use crate::geometry::Vec3;
+
+/// Energy of a point without a surface.
+const UNASSIGNED: f64 = ACCEPT * ACCEPT;
+/// Energy of one more surface beside its parameters.
+const SURFACE: f64 = 120.0;
+/// Rings of neighbours around a region that a move may relabel.
+const RINGS: usize = 3;
+/// Rounds of relabelling and refitting inside one trial move.
+const ROUNDS: usize = 3;
+
+fn neighbours_of(touching: &BTreeMap<(usize, usize), usize>, regions: usize) -> Vec<Vec<usize>> {
+    let mut out = vec![Vec::new(); regions];
+    for &(a, b) in touching.keys() {
+        out[a].push(b);
+        out[b].push(a);
+    }
+    out
+}
+
+/// Takes out every region whose points its neighbours explain more cheaply than it does, counting
+/// what the surface itself costs. Smallest regions first. Returns how many went.
+pub fn remove_needless(scene: &Scene, model: &mut Model, sigma: f64) -> usize {
+    let inverse = 1.0 / (sigma * sigma);
+    let groups = members(&model.labels, model.shapes.len());
+    let around = neighbours_of(&borders(scene, &model.labels), model.shapes.len());
+    let mut order: Vec<usize> = (0..groups.len()).collect();
+    order.sort_by_key(|&k| (groups[k].len(), k));
+    let mut keep = vec![true; groups.len()];
+    for b in order {
+        let s = model.shapes[b];
+        let n = groups[b].len();
+        if n == 0 {
+            keep[b] = false;
+            continue;
+        }
+        let mut rise = -(SURFACE + s.family.description_length(n));
+        let near = explaining(scene, model, &groups[b], b, &around[b], inverse);
+        let mut moved = Vec::with_capacity(n);
+        for &i in &groups[b] {
+            let p = &scene.points[i as usize];
+            let own = s.distance(p).powi(2) * inverse;
+            let other = near
+                .iter()
+                .filter(|&&a| keep[a])
+                .map(|&a| (model.shapes[a].distance(p).powi(2) * inverse, a as i32))
+                .fold((UNASSIGNED, -1), |m, c| if c.0 < m.0 { c } else { m });
+            rise += other.0 - own;
+            moved.push(other.1);
+            if rise > 0.0 && moved.len() > n / 2 {
+                break;
+            }
+        }
+        if rise < 0.0 && moved.len() == n {
+            keep[b] = false;
+            for (&i, l) in groups[b].iter().zip(moved) {
+                model.labels[i as usize] = l;
+            }
+        }
+    }
+    let gone = keep.iter().filter(|k| !**k).count();
+    retain(model, &keep);
+    gone
+}
+
+/// The regions that touch `b`, and those further off whose surface runs through most of its points.
+fn explaining(scene: &Scene, model: &Model, group: &[u32], b: usize, around: &[usize], inverse: f64) -> Vec<usize> {
+    let few = take(scene, group, 24);
+    (0..model.shapes.len())
+        .filter(|&a| {
+            a != b
+                && (around.contains(&a) || {
+                    let s = &model.shapes[a];
+                    let near = few.iter().filter(|p| s.distance(p).powi(2) * inverse < UNASSIGNED);
+                    near.count() * 2 > few.len()
+                })
+        })
+        .collect()
+}
+
+/// Labels of a few points, laid over the scene's.
+struct Overlay<'a> {
+    base: &'a [i32],
+    slot: &'a mut [u32],
+    points: Vec<u32>,
+    labels: Vec<i32>,
+}
+
+impl Overlay<'_> {
+    fn get(&self, i: u32) -> i32 {
+        let s = self.slot[i as usize];
+        if s > 0 { self.labels[s as usize - 1] } else { self.base[i as usize] }
+    }
+}
+
+/// The region's points and the rings around it.
+fn affected(scene: &Scene, region: &[u32], slot: &mut [u32]) -> Vec<u32> {
+    let mut points = region.to_vec();
+    for (k, &i) in points.iter().enumerate() {
+        slot[i as usize] = k as u32 + 1;
+    }
+    let mut from = 0;
+    for _ in 0..RINGS {
+        let to = points.len();
+        for k in from..to {
+            for &j in scene.neighbours(points[k] as usize) {
+                if slot[j as usize] == 0 {
+                    points.push(j);
+                    slot[j as usize] = points.len() as u32;
+                }
+            }
+        }
+        from = to;
+    }
+    points
+}
+
+/// Energy of the affected points after relabelling them with `shape` in the region's place.
+#[allow(clippy::too_many_arguments)]
+fn trial(
+    scene: &Scene,
+    model: &Model,
+    region: usize,
+    start: &Shape,
+    overlay: &mut Overlay<'_>,
+    sigma: f64,
+    refit: bool,
+) -> (f64, Shape) {
+    let inverse = 1.0 / (sigma * sigma);
+    let mut shape = *start;
+    let l0 = region as i32;
+    for (k, &i) in overlay.points.iter().enumerate() {
+        overlay.labels[k] = overlay.base[i as usize];
+    }
+    let mut count = 0;
+    for round in 0..ROUNDS {
+        let at = |l: i32| if l == l0 { &shape } else { &model.shapes[l as usize] };
+        for _ in 0..3 {
+            for k in 0..overlay.points.len() {
+                let i = overlay.points[k] as usize;
+                let old = overlay.labels[k];
+                let mut near = [0i32; super::scene::K + 1];
+                let mut m = 0;
+                for l in scene.neighbours(i).iter().map(|&j| overlay.get(j)).chain([old]) {
+                    if l >= 0 && !near[..m].contains(&l) {
+                        near[m] = l;
+                        m += 1;
+                    }
+                }
+                let mut best = (f64::INFINITY, -1);
+                for &l in &near[..m] {
+                    let s = at(l);
+                    let own = s.distance(&scene.points[i]).powi(2) * inverse;
+                    if own > UNASSIGNED {
+                        continue;
+                    }
+                    if m == 1 {
+                        best = (own, l);
+                        break;
+                    }
+                    let mut e = own;
+                    for &j in scene.neighbours(i) {
+                        e += (s.distance(&scene.points[j as usize]).powi(2) * inverse).min(16.0);
+                        if overlay.get(j) != l {
+                            e += 0.3;
+                        }
+                    }
+                    if e < best.0 {
+                        best = (e, l);
+                    }
+                }
+                overlay.labels[k] = best.1;
+            }
+        }
+        let own: Vec<Vec3> = overlay
+            .points
+            .iter()
+            .zip(&overlay.labels)
+            .filter(|(_, l)| **l == l0)
+            .map(|(&i, _)| scene.points[i as usize])
+            .collect();
+        count = own.len();
+        if !refit || round + 1 == ROUNDS || count < 20 {
+            break;
+        }
+        let thin: Vec<Vec3> = own.iter().step_by(own.len().div_ceil(6000)).copied().collect();
+        let o = Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-5 };
+        if let Some(f) = fit(&shape, &thin, None, &o) {
+            shape = f.shape;
+        }
+    }
+    let mut e = shape.family.description_length(count);
+    if count < 20 {
+        e += SURFACE;
+    }
+    for (&i, &l) in overlay.points.iter().zip(&overlay.labels) {
+        let s = if l == l0 { &shape } else if l >= 0 { &model.shapes[l as usize] } else { e += UNASSIGNED; continue };
+        e += s.distance(&scene.points[i as usize]).powi(2) * inverse;
+    }
+    (e, shape)
+}
+
+/// Tries other families in each region's place and keeps the one with the least energy. Returns how many
+/// regions changed family.
+pub fn swap_families(scene: &Scene, model: &mut Model, families: &Families) -> usize {
+    let groups = members(&model.labels, model.shapes.len());
+    let around = neighbours_of(&borders(scene, &model.labels), model.shapes.len());
+    let frozen: &Model = model;
+    let next: Vec<Option<Shape>> = (0..frozen.shapes.len())
+        .into_par_iter()
+        .map_init(
+            || vec![0u32; scene.len()],
+            |slot, r| {
+                let current = frozen.shapes[r];
+                if groups[r].len() < 20 {
+                    return None;
+                }
+                let candidates = candidates(scene, frozen, families, &groups[r], r);
+                if candidates.is_empty() {
+                    return None;
+                }
+                let alone = around[r].is_empty();
+                let points = affected(scene, &groups[r], slot);
+                let labels = vec![-1; points.len()];
+                let mut overlay = Overlay { base: &frozen.labels, slot, points, labels };
+                let (mut least, mut winner) =
+                    trial(scene, frozen, r, &current, &mut overlay, families.sigma, true);
+                for c in candidates {
+                    let (e, s) = trial(scene, frozen, r, &c, &mut overlay, families.sigma, !alone);
+                    if e < least - 1.0 {
+                        least = e;
+                        winner = s;
+                    }
+                }
+                let touched = std::mem::take(&mut overlay.points);
+                for i in touched {
+                    overlay.slot[i as usize] = 0;
+                }
+                (winner.family != current.family).then_some(winner)
+            },
+        )
+        .collect();
+    let mut changed = 0;
+    for (s, n) in model.shapes.iter_mut().zip(next) {
+        if let Some(n) = n {
+            *s = n;
+            changed += 1;
+        }
+    }
+    changed
+}
+
+/// One shape of every other family that comes near explaining the region.
+fn candidates(
+    scene: &Scene,
+    model: &Model,
+    families: &Families,
+    group: &[u32],
+    region: usize,
+) -> Vec<Shape> {
+    let l = region as i32;
+    let core: Vec<u32> = group
+        .iter()
+        .copied()
+        .filter(|&i| scene.neighbours(i as usize).iter().all(|&j| model.labels[j as usize] == l))
+        .collect();
+    let set = if core.len() >= 60 && core.len() * 3 > group.len() { &core } else { group };
+    let points = take(scene, set, 600);
+    let m = set.len().min(600);
+    let normals: Vec<Vec3> =
+        (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect();
+    let current = model.shapes[region];
+    let all = families.each(&Patch { points: &points, normals: &normals }, &[current]);
+    all.into_iter()
+        .filter(|s| s.shape.family != current.family && s.reduced < 4.0)
+        .filter(|s| s.shape.family.dof() <= current.family.dof() + 2 || s.shape.family == Family::Torus)
+        .map(|s| s.shape)
+        .collect()
+}

@@ -1,0 +1,182 @@
+//! The points a discovery works on, with their neighbours, normals and noise.
+
+use std::num::NonZero;
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use nalgebra::SymmetricEigen;
+use rayon::prelude::*;
+
+use crate::geometry::{Mat3, Vec3};
+
+/// Neighbours kept for each point.
+pub const K: usize = 16;
+
+/// Distinct points in Morton order with the graph of their nearest neighbours.
+pub struct Scene {
+    /// The points, relative to the cloud's centre.
+    pub points: Vec<Vec3>,
+    /// A unit normal of each point's neighbourhood; its sign means nothing.
+    pub normals: Vec<Vec3>,
+    /// How rough each neighbourhood is: the smallest eigenvalue's share of the scatter.
+    pub roughness: Vec<f32>,
+    /// `K` neighbours of each point, nearest first.
+    neighbours: Vec<u32>,
+    /// Median distance to the fourth neighbour.
+    pub spacing: f64,
+}
+
+impl Scene {
+    /// Builds the graph and the normals. At least `K + 1` points.
+    pub fn new(points: Vec<Vec3>) -> Self {
+        let raw: Vec<[f64; 3]> = points.iter().map(|p| (*p).into()).collect();
+        let n = points.len();
+        let mut neighbours = vec![0u32; n * K];
+        let mut normals = vec![Vec3::z(); n];
+        let mut roughness = vec![0f32; n];
+        let mut fourth = vec![0f64; n];
+        let k = NonZero::new(K + 1).unwrap_or(NonZero::<usize>::MIN);
+        let tree: Option<ImmutableKdTree<f64, 3>> = ImmutableKdTree::new_from_slice(&raw).ok();
+        if let Some(tree) = tree {
+            neighbours
+                .par_chunks_mut(K)
+                .zip(normals.par_iter_mut())
+                .zip(roughness.par_iter_mut())
+                .zip(fourth.par_iter_mut())
+                .enumerate()
+                .with_min_len(256)
+                .for_each(|(i, (((out, normal), rough), fourth))| {
+                    let found = tree.query(&raw[i]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
+                    let mut m = 0;
+                    for f in &found {
+                        let j = f.item as u32;
+                        if j as usize != i && m < K {
+                            out[m] = j;
+                            m += 1;
+                            if m == 4 {
+                                *fourth = f.distance.sqrt();
+                            }
+                        }
+                    }
+                    let (v, r) = normal_of(&points, i, out);
+                    *normal = v;
+                    *rough = r;
+                });
+        }
+        let mid = n / 2;
+        let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
+        Self { points, normals, roughness, neighbours, spacing }
+    }
+
+    /// Replaces normals of rough neighbourhoods (edges, thin walls), where a plane through the point and two
+    /// neighbours holds at least seven neighbours within three sigmas, by that plane's.
+    pub fn sharpen_normals(&mut self, sigma: f64) {
+        let sq_limit = 9.0 * sigma * sigma;
+        let next: Vec<(Vec3, f32)> = (0..self.len())
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|i| {
+                let old = (self.normals[i], self.roughness[i]);
+                let p = self.points[i];
+                let mut q = [Vec3::zeros(); K];
+                let mut sum = 0.0;
+                for (q, &j) in q.iter_mut().zip(self.neighbours(i)) {
+                    *q = self.points[j as usize] - p;
+                    sum += q.norm_squared();
+                }
+                if f64::from(old.1) * sum < 4.0 * sq_limit {
+                    return old;
+                }
+                consensus_normal(&q, 3.0 * sigma).map_or(old, |v| (v, 0.0))
+            })
+            .collect();
+        for (i, (v, r)) in next.into_iter().enumerate() {
+            self.normals[i] = v;
+            self.roughness[i] = r;
+        }
+    }
+
+    /// The neighbours of point `i`, nearest first.
+    #[inline]
+    pub fn neighbours(&self, i: usize) -> &[u32] {
+        &self.neighbours[i * K..(i + 1) * K]
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+}
+
+/// Normal and roughness of a neighbourhood, from the scatter of its points.
+fn normal_of(points: &[Vec3], i: usize, neighbours: &[u32]) -> (Vec3, f32) {
+    let mut sum = Vec3::zeros();
+    let mut m = Mat3::zeros();
+    for &j in neighbours {
+        let d = points[j as usize] - points[i];
+        sum += d;
+        m += d * d.transpose();
+    }
+    m -= sum * sum.transpose() / (neighbours.len() as f64 + 1.0);
+    let e = SymmetricEigen::new(m);
+    let k = e.eigenvalues.imin();
+    let total = e.eigenvalues.sum().max(1e-300);
+    (e.eigenvectors.column(k).into_owned(), (e.eigenvalues[k].max(0.0) / total) as f32)
+}
+
+/// Normal of the plane through the point and two of its neighbours that most neighbours lie near.
+fn consensus_normal(q: &[Vec3; K], limit: f64) -> Option<Vec3> {
+    let mut best = (6, Vec3::zeros());
+    for a in 0..K - 1 {
+        for b in a + 1..K.min(a + 6) {
+            let normal = q[a].cross(&q[b]);
+            let length = normal.norm();
+            if length <= 0.3 * q[a].norm() * q[b].norm() {
+                continue;
+            }
+            let reach = limit * length;
+            let near = q.iter().filter(|p| p.dot(&normal).abs() < reach).count();
+            if near > best.0 {
+                best = (near, normal / length);
+            }
+        }
+    }
+    (best.0 > 6).then_some(best.1)
+}
+
+/// Order of `points` along a Morton curve; equal codes by coordinates, so that the order of the
+/// input does not matter.
+pub fn morton_order(points: &[Vec3]) -> Vec<u32> {
+    let lo = points.iter().fold(Vec3::repeat(f64::INFINITY), |m, p| m.inf(p));
+    let hi = points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, p| m.sup(p));
+    let scale = 2_097_151.0 / (hi - lo).max().max(1e-300);
+    let mut keyed: Vec<(u64, u32)> = points
+        .par_iter()
+        .enumerate()
+        .map(|(i, p)| {
+            let q = (p - lo) * scale;
+            let code = spread(q.x as u64) | spread(q.y as u64) << 1 | spread(q.z as u64) << 2;
+            (code, i as u32)
+        })
+        .collect();
+    let at = |i: u32| {
+        let p = &points[i as usize];
+        (p.x, p.y, p.z)
+    };
+    keyed.par_sort_unstable_by(|a, b| {
+        a.0.cmp(&b.0).then_with(|| {
+            let (p, q) = (at(a.1), at(b.1));
+            p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
+        })
+    });
+    keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Spreads the low 21 bits to every third bit.
+fn spread(v: u64) -> u64 {
+    let mut x = v & 0x1f_ffff;
+    x = (x | x << 32) & 0x1f00000000ffff;
+    x = (x | x << 16) & 0x1f0000ff0000ff;
+    x = (x | x << 8) & 0x100f00f00f00f00f;
+    x = (x | x << 4) & 0x10c30c30c30c30c3;
+    (x | x << 2) & 0x1249249249249249
+}
