@@ -44,7 +44,8 @@ fn robust(d: f64, cauchy: Option<f64>) -> (f64, f64) {
 
 fn linearise(shape: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options) -> Normal {
     let p = shape.family.dof();
-    let mut n = Normal { jj: [[0.0; MAX_DOF]; MAX_DOF], jr: [0.0; MAX_DOF], cost: 0.0, weight: 0.0 };
+    let mut n =
+        Normal { jj: [[0.0; MAX_DOF]; MAX_DOF], jr: [0.0; MAX_DOF], cost: 0.0, weight: 0.0 };
     let mut j = [0.0; MAX_DOF];
     for (i, x) in points.iter().enumerate() {
         let given = weights.map_or(1.0, |w| w[i]);
@@ -77,7 +78,12 @@ fn cost(shape: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options) ->
 
 /// Solves (A + damping diag A) x = -b for the lower triangle of A by Cholesky; `None` where not
 /// positive definite.
-fn solve(a: &[[f64; MAX_DOF]; MAX_DOF], b: &[f64; MAX_DOF], p: usize, damping: f64) -> Option<[f64; MAX_DOF]> {
+fn solve(
+    a: &[[f64; MAX_DOF]; MAX_DOF],
+    b: &[f64; MAX_DOF],
+    p: usize,
+    damping: f64,
+) -> Option<[f64; MAX_DOF]> {
     let mut l = [[0.0; MAX_DOF]; MAX_DOF];
     let top = (0..p).map(|i| a[i][i]).fold(0.0, f64::max);
     for i in 0..p {
@@ -136,7 +142,8 @@ pub fn fit(start: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options)
     'outer: while step < o.steps {
         loop {
             step += 1;
-            let next = solve(&normal.jj, &normal.jr, p, damping).and_then(|d| shape.stepped(&d[..p]));
+            let next =
+                solve(&normal.jj, &normal.jr, p, damping).and_then(|d| shape.stepped(&d[..p]));
             if let Some(next) = next {
                 let c = cost(&next, points, weights, o);
                 if c <= normal.cost {

@@ -445,7 +445,8 @@ mod tests {
         for s in shapes() {
             for k in 0..20 {
                 let t = k as f64 * 0.7;
-                let far = s.origin + s.frame * Vec3::new(7.0 * t.cos(), 7.0 * t.sin(), 1.0 + 0.1 * t);
+                let far =
+                    s.origin + s.frame * Vec3::new(7.0 * t.cos(), 7.0 * t.sin(), 1.0 + 0.1 * t);
                 let near = far - s.offset(&far).normal * s.offset(&far).distance;
                 let x = near - s.offset(&near).normal * s.offset(&near).distance;
                 let mut j = [0.0; MAX_DOF];
@@ -458,7 +459,12 @@ mod tests {
                         s.stepped(&d).map_or(f64::NAN, |s| s.distance(&x))
                     };
                     let numeric = (at(h) - at(-h)) / (2.0 * h);
-                    assert!((numeric - j[i]).abs() < 1e-4, "{:?} {i}: {numeric} {}", s.family, j[i]);
+                    assert!(
+                        (numeric - j[i]).abs() < 1e-4,
+                        "{:?} {i}: {numeric} {}",
+                        s.family,
+                        j[i]
+                    );
                 }
             }
         }

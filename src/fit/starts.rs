@@ -90,8 +90,13 @@ pub fn sphere(points: &[Vec3]) -> Option<Shape> {
     let x = a.cholesky()?.solve(&b);
     let c = Vec3::new(x[0], x[1], x[2]) / 2.0;
     let r = (x[3] + c.norm_squared()).max(0.0).sqrt();
-    Some(Shape::with_axis(Family::Sphere, s.centroid + c * s.scale, Vec3::z(), [r * s.scale, 0.0, 0.0]))
-        .filter(Shape::is_proper)
+    Some(Shape::with_axis(
+        Family::Sphere,
+        s.centroid + c * s.scale,
+        Vec3::z(),
+        [r * s.scale, 0.0, 0.0],
+    ))
+    .filter(Shape::is_proper)
 }
 
 /// Kasa's algebraic circle: centre and radius.
@@ -149,17 +154,20 @@ pub fn cylinder_axes(patch: &Patch<'_>, quadric: Option<&LocalQuadric>) -> Vec<V
 pub fn cylinder(points: &[Vec3], w: &Vec3) -> Option<Shape> {
     let s = Scaled::of(points);
     let (u, v) = perpendicular_frame(w);
-    let flat: Vec<_> = points.iter().map(|p| s.to(p)).map(|q| Vector2::new(q.dot(&u), q.dot(&v))).collect();
+    let flat: Vec<_> =
+        points.iter().map(|p| s.to(p)).map(|q| Vector2::new(q.dot(&u), q.dot(&v))).collect();
     let (c, r) = circle(&flat)?;
     let origin = s.centroid + (u * c.x + v * c.y) * s.scale;
-    Some(Shape::with_axis(Family::Cylinder, origin, *w, [r * s.scale, 0.0, 0.0])).filter(Shape::is_proper)
+    Some(Shape::with_axis(Family::Cylinder, origin, *w, [r * s.scale, 0.0, 0.0]))
+        .filter(Shape::is_proper)
 }
 
 /// Elliptic cylinder about the direction `w`.
 pub fn elliptic_cylinder(points: &[Vec3], w: &Vec3) -> Option<Shape> {
     let s = Scaled::of(points);
     let (u, v) = perpendicular_frame(w);
-    let flat: Vec<_> = points.iter().map(|p| s.to(p)).map(|q| Vector2::new(q.dot(&u), q.dot(&v))).collect();
+    let flat: Vec<_> =
+        points.iter().map(|p| s.to(p)).map(|q| Vector2::new(q.dot(&u), q.dot(&v))).collect();
     let (c, d, size) = ellipse(&flat)?;
     let origin = s.centroid + (u * c.x + v * c.y) * s.scale;
     let du = u * d[(0, 0)] + v * d[(1, 0)];
@@ -215,9 +223,11 @@ pub fn torus(patch: &Patch<'_>) -> Option<Shape> {
     let e = SymmetricEigen::new(m);
     let mut order: Vec<usize> = (0..6).collect();
     order.sort_by(|&a, &b| e.eigenvalues[a].total_cmp(&e.eigenvalues[b]));
-    order.iter().take(2).filter_map(|&k| torus_about(&s, patch.points, &e.eigenvectors.column(k).into_owned())).min_by(
-        |a, b| spread(a, patch.points).total_cmp(&spread(b, patch.points)),
-    )
+    order
+        .iter()
+        .take(2)
+        .filter_map(|&k| torus_about(&s, patch.points, &e.eigenvectors.column(k).into_owned()))
+        .min_by(|a, b| spread(a, patch.points).total_cmp(&spread(b, patch.points)))
 }
 
 fn spread(shape: &Shape, points: &[Vec3]) -> f64 {
@@ -259,7 +269,15 @@ pub struct LocalQuadric {
 impl LocalQuadric {
     fn new(a: &[f64], constant: f64, scaled: Scaled) -> Self {
         let e = Mat3::new(
-            a[0], a[3] / 2.0, a[5] / 2.0, a[3] / 2.0, a[1], a[4] / 2.0, a[5] / 2.0, a[4] / 2.0, a[2],
+            a[0],
+            a[3] / 2.0,
+            a[5] / 2.0,
+            a[3] / 2.0,
+            a[1],
+            a[4] / 2.0,
+            a[5] / 2.0,
+            a[4] / 2.0,
+            a[2],
         );
         Self { e, linear: Vec3::new(a[6], a[7], a[8]), constant, scaled }
     }
@@ -287,7 +305,10 @@ fn features(q: &Vec3) -> SVector<f64, 9> {
 }
 
 /// Scatter of the nine features about their mean, their mean, and Taubin's gradient matrix.
-fn quadric_sums(s: &Scaled, points: &[Vec3]) -> (SMatrix<f64, 9, 9>, SVector<f64, 9>, SMatrix<f64, 9, 9>) {
+fn quadric_sums(
+    s: &Scaled,
+    points: &[Vec3],
+) -> (SMatrix<f64, 9, 9>, SVector<f64, 9>, SMatrix<f64, 9, 9>) {
     let mut sum = SVector::<f64, 9>::zeros();
     let mut scatter = SMatrix::<f64, 9, 9>::zeros();
     let mut gradient = SMatrix::<f64, 9, 9>::zeros();

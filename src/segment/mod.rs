@@ -1,7 +1,7 @@
 //! The whole method, in the order of the seed's Figure 1: parameters, seeds, grow, extract, merge,
 //! refine, report.
 
-pub mod distance;
+mod distance;
 mod monitor;
 mod parameters;
 mod pipeline;

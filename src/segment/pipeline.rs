@@ -1,5 +1,7 @@
 use super::region::describe;
-use super::{Cancelled, Method, Monitor, Parameters, Segmentation, Stage, Unassigned, rcond};
+use super::{
+    Cancelled, Method, Monitor, Parameters, Segmentation, Stage, Unassigned, distance, rcond,
+};
 use crate::geometry::PointCloud;
 use crate::grow::PoolError;
 
@@ -38,7 +40,7 @@ pub fn segment(
     }
     let found = match parameters.method {
         Method::Rcond => rcond::find(&cloud.points, parameters, monitor)?,
-        Method::Distance => rcond::Found { labels: vec![-1; n], ..Default::default() },
+        Method::Distance => return distance::segment(cloud, parameters, monitor),
     };
     monitor.progress(Stage::Report, 0.95);
     Ok(report(cloud, parameters, found))

@@ -18,10 +18,14 @@ impl SplitMix64 {
         z ^ (z >> 31)
     }
 
+    /// A number below `n`; 0 for `n` = 0. Uneven by less than one in 2^32.
+    pub fn below(&mut self, n: usize) -> usize {
+        ((u128::from(self.next_u64()) * n as u128) >> 64) as usize
+    }
+
     /// One of `items`, or `None` where there are none. Uneven by less than one in 2^32.
     pub fn pick<'a, T>(&mut self, items: &'a [T]) -> Option<&'a T> {
-        let place = (u128::from(self.next_u64()) * items.len() as u128) >> 64;
-        items.get(place as usize)
+        items.get(self.below(items.len()))
     }
 }
 

@@ -7,10 +7,12 @@ use super::hypothesis::{Hypothesis, Walk, grow};
 use super::label::{members, relabel};
 use super::scene::Scene;
 use super::select::select;
+use crate::fit::{Family, Shape};
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
-use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
+use crate::segment::random::SplitMix64;
+use crate::segment::{Cancelled, Monitor, Parameters};
 
 /// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
 const BATCH: usize = 8;
@@ -32,39 +34,29 @@ pub struct Model {
     pub merges: usize,
 }
 
-/// A small, documented generator (splitmix64): the same seed gives the same numbers everywhere.
-pub struct SplitMix(pub u64);
-
-impl SplitMix {
-    /// The next 64 bits.
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-    /// A number below `n`.
-    pub fn below(&mut self, n: usize) -> usize {
-        ((u128::from(self.next()) * n as u128) >> 64) as usize
-    }
-}
-
 /// Grows hypotheses until every point is covered or has been tried.
-pub fn hypothesise(scene: &Scene, families: &Families, seed: u64, trials: &mut (usize, usize)) -> Vec<Hypothesis> {
+pub fn hypothesise(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Vec<Hypothesis>, Cancelled> {
     let n = scene.len();
     let mut covered = vec![false; n];
-    let mut rng = SplitMix(seed);
+    let mut random = SplitMix64::new(seed);
     let mut out: Vec<Hypothesis> = Vec::new();
     let mut failures_in_a_row = 0;
     let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(n)).collect();
     let mut tried = vec![false; n];
     while failures_in_a_row < MAX_FAILURES {
+        monitor.check()?;
         let mut pool: Vec<u32> = (0..n as u32)
             .filter(|&i| {
                 let i = i as usize;
                 !covered[i] && !tried[i] && {
-                    let free = scene.neighbours(i).iter().filter(|&&j| !covered[j as usize]).count();
+                    let free =
+                        scene.neighbours(i).iter().filter(|&&j| !covered[j as usize]).count();
                     free * 2 >= super::scene::K
                 }
             })
@@ -76,7 +68,7 @@ pub fn hypothesise(scene: &Scene, families: &Families, seed: u64, trials: &mut (
         for _ in 0..BATCH.min(1 + pool.len() / 40) {
             // The smoothest of a few: interiors before edges, yet a tight arc has its turn.
             let pick = (0..8)
-                .map(|_| rng.below(pool.len()))
+                .map(|_| random.below(pool.len()))
                 .min_by(|&a, &b| {
                     scene.roughness[pool[a] as usize].total_cmp(&scene.roughness[pool[b] as usize])
                 })
@@ -109,7 +101,7 @@ pub fn hypothesise(scene: &Scene, families: &Families, seed: u64, trials: &mut (
             out.push(h);
         }
     }
-    out
+    Ok(out)
 }
 
 /// Points of `members`, at most about `limit` of them, evenly along the scene's order.
@@ -122,7 +114,9 @@ fn refit(scene: &Scene, shapes: &mut [Shape], labels: &[i32], sigma: f64, limit:
     let groups = members(labels, shapes.len());
     shapes.par_iter_mut().zip(&groups).for_each(|(s, g)| {
         let points = take(scene, g, limit);
-        if let Some(f) = fit(s, &points, None, &Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-6 }) {
+        if let Some(f) =
+            fit(s, &points, None, &Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-6 })
+        {
             *s = f.shape;
         }
     });
@@ -205,7 +199,9 @@ pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
             let core: Vec<u32> = g
                 .iter()
                 .copied()
-                .filter(|&i| scene.neighbours(i as usize).iter().all(|&j| labels[j as usize] == l as i32))
+                .filter(|&i| {
+                    scene.neighbours(i as usize).iter().all(|&j| labels[j as usize] == l as i32)
+                })
                 .collect();
             let set = if core.len() >= 60 && core.len() * 3 > g.len() { &core } else { g };
             let points = take(scene, set, 2000);
@@ -258,7 +254,9 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
         let mut pairs = Vec::new();
         for a in 0..m {
             for b in a + 1..m {
-                if model.shapes[a].family == model.shapes[b].family || touching.contains_key(&(a, b)) {
+                if model.shapes[a].family == model.shapes[b].family
+                    || touching.contains_key(&(a, b))
+                {
                     pairs.push((a, b));
                 }
             }
@@ -337,11 +335,21 @@ fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
 }
 
 /// Finds the surfaces of a scene.
-pub fn discover(scene: &Scene, families: &mut Families, seed: u64, min_points: usize) -> Model {
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn discover(
+    scene: &Scene,
+    families: &mut Families,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<Model, Cancelled> {
+    let min_points = parameters.min_points;
     let mut model = Model { labels: vec![-1; scene.len()], ..Model::default() };
-    let debug = std::env::var("CONICOID_DEBUG").is_ok();
+    let debug = false;
     for pass in 0..3 {
-        let open: Vec<u32> = (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();
+        let open: Vec<u32> =
+            (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();
         if open.len() < 60 {
             break;
         }
@@ -356,14 +364,18 @@ pub fn discover(scene: &Scene, families: &mut Families, seed: u64, min_points: u
             rest = s;
             &rest
         };
-        let found = hypothesise(part, families, seed ^ pass, &mut trials);
+        let found = hypothesise(part, families, parameters.seed ^ pass, &mut trials, monitor)?;
         model.trials.0 += trials.0;
         model.trials.1 += trials.1;
         let grown = found.len();
         let none = vec![-1; part.len()];
         let (chosen, labels) = select(part, found, families.sigma, &none, model.shapes.len(), 40);
         if debug {
-            eprintln!("pass {pass}: open {} trials {trials:?} grown {grown} chosen {}", open.len(), chosen.len());
+            eprintln!(
+                "pass {pass}: open {} trials {trials:?} grown {grown} chosen {}",
+                open.len(),
+                chosen.len()
+            );
         }
         if chosen.is_empty() {
             break;
@@ -383,7 +395,9 @@ pub fn discover(scene: &Scene, families: &mut Families, seed: u64, min_points: u
         prune(&mut model, min_points.min(40));
         for round in 0..3 {
             let cov = |m: &Model| m.labels.iter().filter(|l| **l >= 0).count();
-            if debug { eprintln!("   covered {}", cov(&model)); }
+            if debug {
+                eprintln!("   covered {}", cov(&model));
+            }
             let gone = super::moves::remove_needless(scene, &mut model, families.sigma);
             let swapped = super::moves::swap_families(scene, &mut model, families);
             let c1 = cov(&model);
@@ -400,14 +414,20 @@ pub fn discover(scene: &Scene, families: &mut Families, seed: u64, min_points: u
             }
         }
         if debug {
-            eprintln!("  regions {} retyped {changed}+{changed2} sigma {:.3e} residual {:?}", model.shapes.len(), families.sigma, residual_sigma(scene, &model));
+            eprintln!(
+                "  regions {} retyped {changed}+{changed2} sigma {:.3e} residual {:?}",
+                model.shapes.len(),
+                families.sigma,
+                residual_sigma(scene, &model)
+            );
             for (s, g) in model.shapes.iter().zip(members(&model.labels, model.shapes.len())) {
                 eprintln!("    {:?} {} {:.4?}", s.family, g.len(), s.size);
             }
         }
         if let Some(s) = residual_sigma(scene, &model) {
-            families.sigma = s.max(families.sigma * 0.2).min(families.sigma * 1.05).max(families.floor);
+            families.sigma =
+                s.max(families.sigma * 0.2).min(families.sigma * 1.05).max(families.floor);
         }
     }
-    model
+    Ok(model)
 }

@@ -43,14 +43,25 @@ impl Families {
     /// Scores a shape on points.
     pub fn score(&self, shape: Shape, points: &[Vec3]) -> Scored {
         let inverse = 1.0 / (self.sigma * self.sigma);
-        let chi2: f64 = points.iter().map(|p| (shape.distance(p).powi(2) * inverse).min(16.0)).sum();
+        let chi2: f64 =
+            points.iter().map(|p| (shape.distance(p).powi(2) * inverse).min(16.0)).sum();
         let (n, p) = (points.len() as f64, shape.family.dof() as f64);
-        Scored { shape, chi2, bic: chi2 + shape.family.description_length(points.len()), reduced: chi2 / (n - p).max(1.0) }
+        Scored {
+            shape,
+            chi2,
+            bic: chi2 + shape.family.description_length(points.len()),
+            reduced: chi2 / (n - p).max(1.0),
+        }
     }
 
     /// Robust fit of one family from `start`.
     pub fn polish(&self, start: &Shape, points: &[Vec3], steps: usize) -> Option<Fitted> {
-        fit(start, points, None, &Options { cauchy: Some(2.5 * self.sigma), steps, tolerance: 1e-3 })
+        fit(
+            start,
+            points,
+            None,
+            &Options { cauchy: Some(2.5 * self.sigma), steps, tolerance: 1e-3 },
+        )
     }
 
     /// Whether a score is what noise alone would give.
@@ -110,11 +121,15 @@ impl Families {
         family: Family,
         patch: &Patch<'_>,
         seen: &[Shape],
-        quadrics: &std::cell::OnceCell<(Option<starts::LocalQuadric>, Option<starts::LocalQuadric>)>,
+        quadrics: &std::cell::OnceCell<(
+            Option<starts::LocalQuadric>,
+            Option<starts::LocalQuadric>,
+        )>,
     ) -> Vec<Shape> {
         let p = patch.points;
         let quadrics = || quadrics.get_or_init(|| starts::quadrics(p));
-        let mut out: Vec<Shape> = seen.iter().rev().filter(|s| s.family == family).copied().collect();
+        let mut out: Vec<Shape> =
+            seen.iter().rev().filter(|s| s.family == family).copied().collect();
         match family {
             Family::Plane => out.extend(starts::plane(p)),
             Family::Sphere => out.extend(starts::sphere(p)),
@@ -147,7 +162,11 @@ impl Families {
                 out.extend(taubin.as_ref().and_then(starts::LocalQuadric::ellipsoid));
                 out.extend(specific.as_ref().and_then(starts::LocalQuadric::ellipsoid));
                 for s in seen.iter().filter(|s| s.family == Family::Sphere) {
-                    out.push(Shape { family, size: [s.size[0] * 1.05, s.size[0], s.size[0] * 0.95], ..*s });
+                    out.push(Shape {
+                        family,
+                        size: [s.size[0] * 1.05, s.size[0], s.size[0] * 0.95],
+                        ..*s
+                    });
                 }
             }
         }

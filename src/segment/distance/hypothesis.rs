@@ -68,7 +68,13 @@ impl Walk {
 }
 
 /// Collects every `step`-th of `support` as points and normals, at most about `limit`.
-fn sample(scene: &Scene, support: &[u32], limit: usize, points: &mut Vec<Vec3>, normals: &mut Vec<Vec3>) {
+fn sample(
+    scene: &Scene,
+    support: &[u32],
+    limit: usize,
+    points: &mut Vec<Vec3>,
+    normals: &mut Vec<Vec3>,
+) {
     points.clear();
     normals.clear();
     let m = support.len().min(limit);
@@ -125,7 +131,8 @@ fn grow_from(
         return None;
     }
     sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
-    let mut best: Scored = families.best(&Patch { points: &points, normals: &normals }, &[], false)?;
+    let mut best: Scored =
+        families.best(&Patch { points: &points, normals: &normals }, &[], false)?;
     if best.reduced > 2.0 {
         return None;
     }

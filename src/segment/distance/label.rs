@@ -13,7 +13,14 @@ const CUT: f64 = 16.0;
 /// Energy of label `l` at point `i`: its own r2/sigma2, its neighbours' evidence about that surface,
 /// and a little for each neighbour with another label. The neighbours' evidence is what places a
 /// smooth joint better than the point alone can. `None` where the point is too far.
-fn energy(scene: &Scene, shapes: &[Shape], labels: &[i32], i: usize, l: i32, inverse: f64) -> Option<f64> {
+fn energy(
+    scene: &Scene,
+    shapes: &[Shape],
+    labels: &[i32],
+    i: usize,
+    l: i32,
+    inverse: f64,
+) -> Option<f64> {
     let shape = &shapes[l as usize];
     let own = shape.distance(&scene.points[i]).powi(2) * inverse;
     if own > ACCEPT * ACCEPT {
@@ -31,7 +38,13 @@ fn energy(scene: &Scene, shapes: &[Shape], labels: &[i32], i: usize, l: i32, inv
 
 /// Relabels points beside a boundary until few change, at most `sweeps` times. Returns the changes
 /// of the last sweep.
-pub fn relabel(scene: &Scene, shapes: &[Shape], labels: &mut [i32], sigma: f64, sweeps: usize) -> usize {
+pub fn relabel(
+    scene: &Scene,
+    shapes: &[Shape],
+    labels: &mut [i32],
+    sigma: f64,
+    sweeps: usize,
+) -> usize {
     let inverse = 1.0 / (sigma * sigma);
     let n = scene.len();
     let mut active: Vec<u32> = (0..n as u32).collect();

@@ -10,37 +10,84 @@ mod noise;
 mod scene;
 mod select;
 
-pub use engine::Model;
+mod report;
+
+use engine::Model;
 use family::Families;
 use scene::{Scene, morton_order};
 
-use super::{Parameters, SegmentError};
-use crate::fit::Family;
+use super::{Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
+use crate::fit::{Family, Shape};
 use crate::geometry::{PointCloud, Vec3};
 
-/// Finds surfaces and labels.
-pub fn run(cloud: &PointCloud, parameters: &Parameters) -> Result<(Vec<crate::fit::Shape>, Vec<i32>, f64), SegmentError> {
-    let n = cloud.points.len();
-    let centre = cloud.points.iter().sum::<Vec3>() / n as f64;
-    let order = morton_order(&cloud.points);
-    let points: Vec<Vec3> = order.iter().map(|&i| cloud.points[i as usize] - centre).collect();
+/// What the default method found.
+pub struct Found {
+    /// Each region's surface, relative to `centre`.
+    pub shapes: Vec<Shape>,
+    /// The cloud's centre.
+    pub centre: Vec3,
+    /// Each point's region, -1 = none.
+    pub labels: Vec<i32>,
+    /// The noise's standard deviation, as estimated or given.
+    pub sigma: f64,
+    /// How much work it was.
+    pub counters: Counters,
+}
+
+/// Finds the surfaces of a cloud by orthogonal distance.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn segment(
+    cloud: &PointCloud,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<Segmentation, SegmentError> {
+    let found = find(&cloud.points, parameters, monitor)?;
+    monitor.progress(Stage::Report, 0.95);
+    Ok(report::report(cloud, parameters, found))
+}
+
+fn find(
+    cloud: &[Vec3],
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<Found, SegmentError> {
+    monitor.progress(Stage::Prepare, 0.0);
+    let n = cloud.len();
+    let centre = cloud.iter().sum::<Vec3>() / n as f64;
+    let order = morton_order(cloud);
+    let points: Vec<Vec3> = order.iter().map(|&i| cloud[i as usize] - centre).collect();
     let mut scene = Scene::new(points);
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
-    let sigma = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(5e-8 * extent);
+    let floor = 5e-8 * extent;
+    let sigma = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(floor);
     scene.sharpen_normals(sigma);
-    let mut families = Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor: 5e-8 * extent };
-    let mut model = engine::discover(&scene, &mut families, parameters.seed, parameters.min_points);
+    let mut families =
+        Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor };
+    monitor.progress(Stage::Grow, 0.1);
+    let mut model = engine::discover(&scene, &mut families, parameters, monitor)?;
+    drop_tori(&mut model);
+    let mut labels = vec![-1; n];
+    for (&i, &l) in order.iter().zip(&model.labels) {
+        labels[i as usize] = l;
+    }
+    let counters = Counters {
+        trials: model.trials.0,
+        failed_trials: model.trials.1,
+        merges: model.merges,
+        ..Counters::default()
+    };
+    Ok(Found { shapes: model.shapes, centre, labels, sigma: families.sigma, counters })
+}
+
+/// Tori competed for their points; they are not reported.
+fn drop_tori(model: &mut Model) {
     let keep: Vec<bool> = model.shapes.iter().map(|s| s.family != Family::Torus).collect();
     for l in &mut model.labels {
         if *l >= 0 && !keep[*l as usize] {
             *l = -1;
         }
     }
-    engine::retain(&mut model, &keep);
-    let mut labels = vec![-1; n];
-    for (&i, &l) in order.iter().zip(&model.labels) {
-        labels[i as usize] = l;
-    }
-    let shapes = model.shapes.iter().map(|s| s.translated(&centre)).collect();
-    Ok((shapes, labels, families.sigma))
+    engine::retain(model, &keep);
 }

@@ -80,7 +80,14 @@ pub fn remove_needless(scene: &Scene, model: &mut Model, sigma: f64) -> usize {
 }
 
 /// The regions that touch `b`, and those further off whose surface runs through most of its points.
-fn explaining(scene: &Scene, model: &Model, group: &[u32], b: usize, around: &[usize], inverse: f64) -> Vec<usize> {
+fn explaining(
+    scene: &Scene,
+    model: &Model,
+    group: &[u32],
+    b: usize,
+    around: &[usize],
+    inverse: f64,
+) -> Vec<usize> {
     let few = take(scene, group, 24);
     (0..model.shapes.len())
         .filter(|&a| {
@@ -210,7 +217,14 @@ fn trial(
         e += SURFACE;
     }
     for (&i, &l) in overlay.points.iter().zip(&overlay.labels) {
-        let s = if l == l0 { &shape } else if l >= 0 { &model.shapes[l as usize] } else { e += UNASSIGNED; continue };
+        let s = if l == l0 {
+            &shape
+        } else if l >= 0 {
+            &model.shapes[l as usize]
+        } else {
+            e += UNASSIGNED;
+            continue;
+        };
         e += s.distance(&scene.points[i as usize]).powi(2) * inverse;
     }
     (e, shape)
@@ -289,7 +303,9 @@ fn candidates(
     let all = families.each(&Patch { points: &points, normals: &normals }, &[current]);
     all.into_iter()
         .filter(|s| s.shape.family != current.family && s.reduced < 4.0)
-        .filter(|s| s.shape.family.dof() <= current.family.dof() + 2 || s.shape.family == Family::Torus)
+        .filter(|s| {
+            s.shape.family.dof() <= current.family.dof() + 2 || s.shape.family == Family::Torus
+        })
         .map(|s| s.shape)
         .collect()
 }

@@ -106,7 +106,8 @@ fn residual_variance(scene: &Scene, i: usize) -> Option<f64> {
         rss = 0.0;
         for p in &q {
             let (x, y, h) = (p.dot(&u) / scale, p.dot(&v) / scale, p.dot(&w) / scale);
-            rss += (h - (c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * x * y + c[5] * y * y)).powi(2);
+            rss += (h - (c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * x * y + c[5] * y * y))
+                .powi(2);
         }
         w = (w - u * c[1] - v * c[2]).normalize();
         if !(hh.is_finite() && w.x.is_finite()) {
