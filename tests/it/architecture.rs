@@ -1,0 +1,115 @@
+//! The shape of the crate: imports point one way, and the method is silent.
+
+use std::{fs, path::Path};
+
+/// What each module may import, from the innermost outwards.
+const ALLOWED: &[(&str, &[&str])] = &[
+    ("geometry", &[]),
+    ("formats", &["geometry"]),
+    ("fit", &["geometry"]),
+    ("grow", &["geometry", "fit"]),
+    ("segment", &["geometry", "fit", "grow"]),
+    ("jobs", &["geometry", "fit", "grow", "segment"]),
+    ("service", &["geometry", "formats", "fit", "grow", "segment", "jobs"]),
+    ("http", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service"]),
+    ("grpc", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service"]),
+    ("cli", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service", "http", "grpc"]),
+];
+
+/// What the synchronous, silent modules must not touch.
+const SILENT: &[&str] = &["geometry", "formats", "fit", "grow", "segment"];
+const NOISE: &[&str] = &[
+    "tokio",
+    "axum",
+    "tonic",
+    "prost",
+    "clap",
+    "std::time",
+    "std::env",
+    "Instant::now",
+    "SystemTime",
+    "println!",
+    "eprintln!",
+    "tracing",
+    "thread::spawn",
+    "ThreadPoolBuilder",
+];
+
+/// Every source file below `directory` with its text, tests left out.
+fn sources(directory: &Path) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = fs::read_to_string(&path).unwrap();
+            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+            let code = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+            found.push((path.display().to_string(), code.collect::<Vec<_>>().join("\n")));
+        }
+    }
+    found
+}
+
+fn module(name: &str) -> Vec<(String, String)> {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let found = sources(&src.join(name));
+    assert!(!found.is_empty(), "no source in src/{name}");
+    found
+}
+
+#[test]
+fn imports_point_one_way() {
+    for (name, allowed) in ALLOWED {
+        for (path, code) in module(name) {
+            // `use crate::{a::..., b::...}` names its modules one brace deep
+            let direct = ALLOWED.iter().map(|(other, _)| *other).filter(|other| {
+                code.contains(&format!("crate::{other}::"))
+                    || braces(&code).any(|item| item.split("::").next() == Some(other))
+            });
+            for other in direct.filter(|other| other != name) {
+                assert!(allowed.contains(&other), "{path} imports {other}");
+            }
+        }
+    }
+}
+
+/// The items of each `crate::{...}`.
+fn braces(code: &str) -> impl Iterator<Item = &str> {
+    code.split("crate::{").skip(1).flat_map(|rest| {
+        let mut depth = 0_i32;
+        let ends = move |c: char| {
+            depth += i32::from(c == '{') - i32::from(c == '}');
+            depth < 0
+        };
+        let inside = rest.split_once(ends).map_or("", |(inside, _)| inside);
+        let mut depth = 0_i32;
+        inside
+            .split(move |c: char| {
+                depth += i32::from(c == '{') - i32::from(c == '}');
+                depth == 0 && c == ','
+            })
+            .map(str::trim)
+    })
+}
+
+#[test]
+fn the_method_is_silent_and_synchronous() {
+    for name in SILENT {
+        for (path, code) in module(name) {
+            for word in NOISE {
+                assert!(!code.contains(word), "{path} uses {word}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_module_of_the_crate_has_its_place_in_the_order() {
+    let lib = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
+    let modules = lib.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'));
+    for name in modules {
+        assert!(ALLOWED.iter().any(|(known, _)| *known == name), "{name} has no place");
+    }
+}

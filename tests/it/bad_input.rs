@@ -1,0 +1,203 @@
+//! Bad input gets a clear error over HTTP and gRPC alike, and the service goes on.
+
+use conicoid::service::message::v1;
+use tonic::Code;
+
+use super::support::{clouds, problem, reason, start};
+
+/// What is sent, the status and the code it must get, and the gRPC code of the same.
+struct Case {
+    name: &'static str,
+    query: &'static str,
+    body: Vec<u8>,
+    status: u16,
+    grpc: Code,
+    code: &'static str,
+}
+
+fn case(
+    name: &'static str,
+    body: impl Into<Vec<u8>>,
+    status: u16,
+    grpc: Code,
+    code: &'static str,
+) -> Case {
+    Case { name, query: "", body: body.into(), status, grpc, code }
+}
+
+/// Bad clouds, whatever the transport.
+fn bad_clouds() -> Vec<Case> {
+    let truncated = {
+        let mut bytes = clouds::ply(&clouds::cylinder(100));
+        bytes.truncate(bytes.len() - 1000);
+        bytes
+    };
+    let invalid = Code::InvalidArgument;
+    vec![
+        case("nothing", "", 400, invalid, "empty_body"),
+        case("three points", "0 0 0\n1 0 0\n0 1 0\n", 422, invalid, "too_few_points"),
+        case("a header alone", clouds::ply_header(0), 422, invalid, "too_few_points"),
+        case("no finite point", "nan nan nan\ninf 1 2\n", 422, invalid, "no_finite_points"),
+        case("a file cut short", truncated, 422, invalid, "malformed_cloud"),
+        case(
+            "a header that lies",
+            clouds::ply_header(1_000_000_000_000),
+            422,
+            invalid,
+            "malformed_cloud",
+        ),
+        case("words", "once upon a time\nthere was\na cloud\n", 415, invalid, "unknown_format"),
+        case("binary rubbish", [0_u8, 159, 146, 150].repeat(64), 415, invalid, "unknown_format"),
+        case(
+            "more points than the limit",
+            clouds::xyz(&clouds::cylinder(5001)),
+            413,
+            Code::ResourceExhausted,
+            "too_many_points",
+        ),
+        case("a long body", vec![b' '; 400_001], 413, Code::ResourceExhausted, "body_too_large"),
+    ]
+}
+
+const LIMITS: &[&str] = &["--max-points=5000", "--max-body-bytes=400000"];
+
+#[tokio::test]
+async fn bad_clouds_are_refused_over_http_and_the_service_goes_on() {
+    let running = start(LIMITS).await;
+    for case in bad_clouds() {
+        let got = problem(running.post(case.query, case.body).await).await;
+        assert_eq!(got, (case.status, case.code.to_owned()), "{}", case.name);
+    }
+    let fine = running.post("labels=none", clouds::xyz(&clouds::cylinder(5000))).await;
+    assert_eq!(fine.status(), 200);
+}
+
+#[tokio::test]
+async fn bad_clouds_are_refused_over_grpc_and_the_service_goes_on() {
+    let running = start(LIMITS).await;
+    let mut client = running.grpc().await;
+    let message = |cloud: Vec<u8>| v1::SegmentRequest { cloud: cloud.into(), ..Default::default() };
+    for case in bad_clouds() {
+        let status = client.segment(message(case.body)).await.unwrap_err();
+        assert_eq!(reason(&status), (case.grpc, case.code.to_owned()), "{}", case.name);
+    }
+    let fine = clouds::xyz(&clouds::cylinder(5000)).into_bytes();
+    assert!(client.segment(message(fine)).await.is_ok());
+}
+
+#[tokio::test]
+async fn bad_requests_are_refused_over_http() {
+    let running = start(LIMITS).await;
+    let cloud = clouds::xyz(&clouds::cylinder(200));
+    for (query, status, code) in [
+        ("radius=3", 400, "unknown_parameter"),
+        ("min_points=9", 400, "invalid_parameter"),
+        ("tolerance=-1", 400, "invalid_parameter"),
+        ("surfaces=plane,blob", 400, "invalid_parameter"),
+        ("labels=some", 400, "invalid_parameter"),
+        ("deadline=0", 400, "invalid_parameter"),
+        ("method=magic", 400, "invalid_parameter"),
+        ("format=dwg", 415, "unknown_format"),
+        ("format=ply", 422, "malformed_cloud"),
+        ("min_points=201", 422, "too_few_points"),
+    ] {
+        let got = problem(running.post(query, cloud.clone()).await).await;
+        assert_eq!(got, (status, code.to_owned()), "{query}");
+    }
+}
+
+#[tokio::test]
+async fn bad_headers_and_paths_are_refused_over_http() {
+    let running = start(LIMITS).await;
+    let client = reqwest::Client::new();
+    let cloud = || clouds::xyz(&clouds::cylinder(200));
+    let post = || client.post(running.url("/v1/segmentations")).body(cloud());
+    for (request, status, code) in [
+        (post().header("content-type", "image/png"), 415, "unknown_format"),
+        (post().header("content-encoding", "br"), 415, "unsupported_encoding"),
+        (post().header("content-encoding", "gzip"), 400, "malformed_body"),
+        (post().header("accept", "image/png"), 406, "not_acceptable"),
+        (post().header("content-type", "multipart/form-data"), 400, "malformed_body"),
+        (client.get(running.url("/v2")), 404, "not_found"),
+        (client.delete(running.url("/v1/segmentations")), 405, "method_not_allowed"),
+    ] {
+        let got = problem(request.send().await.unwrap()).await;
+        assert_eq!(got, (status, code.to_owned()));
+    }
+}
+
+#[tokio::test]
+async fn bad_multipart_bodies_are_refused() {
+    use reqwest::multipart::{Form, Part};
+    let running = start(LIMITS).await;
+    let cloud = || Part::text(clouds::xyz(&clouds::cylinder(200)));
+    for (form, status, code) in [
+        (Form::new().text("parameters", "{}"), 400, "empty_body"),
+        (Form::new().part("cloud", cloud()).text("parameters", "[1]"), 400, "malformed_body"),
+        (Form::new().part("cloud", cloud()).text("colour", "red"), 400, "malformed_body"),
+        (Form::new().part("cloud", cloud()).part("cloud", cloud()), 400, "malformed_body"),
+        (
+            Form::new().part("cloud", cloud()).text("parameters", r#"{"seed": -1}"#),
+            400,
+            "invalid_parameter",
+        ),
+        (
+            Form::new().part("cloud", cloud()).text("parameters", " ".repeat(65 * 1024)),
+            400,
+            "malformed_body",
+        ),
+        (Form::new().part("cloud", Part::bytes(vec![b' '; 400_001])), 413, "body_too_large"),
+    ] {
+        let request = reqwest::Client::new().post(running.url("/v1/segmentations")).multipart(form);
+        let got = problem(request.send().await.unwrap()).await;
+        assert_eq!(got, (status, code.to_owned()));
+    }
+}
+
+#[tokio::test]
+async fn bad_parameters_and_uploads_are_refused_over_grpc() {
+    use v1::upload::Part;
+    let running = start(LIMITS).await;
+    let mut client = running.grpc().await;
+    let request = |parameters| v1::SegmentRequest {
+        cloud: clouds::xyz(&clouds::cylinder(200)).into(),
+        parameters: Some(parameters),
+        ..Default::default()
+    };
+    let wrong = v1::Parameters { min_points: Some(9), ..Default::default() };
+    let status = client.segment(request(wrong)).await.unwrap_err();
+    assert_eq!(reason(&status), (Code::InvalidArgument, "invalid_parameter".into()));
+
+    let chunk = || v1::Upload { part: Some(Part::Chunk("0 0 0\n".into())) };
+    let begin = |cloud: &'static str| {
+        let request = v1::SegmentRequest { cloud: cloud.into(), ..Default::default() };
+        let start = v1::UploadStart { request: Some(request), ..Default::default() };
+        v1::Upload { part: Some(Part::Start(start)) }
+    };
+    for parts in [vec![], vec![chunk()], vec![begin("x")], vec![begin(""), chunk(), begin("")]] {
+        let status = client.segment_upload(futures::stream::iter(parts)).await.unwrap_err();
+        assert_eq!(reason(&status), (Code::InvalidArgument, "malformed_body".into()));
+    }
+}
+
+#[tokio::test]
+async fn points_that_are_not_finite_are_skipped_counted_and_labelled() {
+    let running = start(&[]).await;
+    let cloud = format!("nan 0 0\n{}", clouds::xyz(&clouds::cylinder(300)));
+    let answer: serde_json::Value = running.post("", cloud).await.json().await.unwrap();
+    assert_eq!(answer["input"]["points"], 301);
+    assert_eq!(answer["input"]["skipped"], 1);
+    assert_eq!(answer["labels"].as_array().unwrap().len(), 301);
+    assert_eq!(answer["labels"][0], -1);
+    assert_eq!(answer["unassigned"]["reasons"]["not_finite"], 1);
+}
+
+#[tokio::test]
+async fn a_body_that_expands_beyond_the_limit_is_refused() {
+    let running = start(LIMITS).await;
+    for encoding in ["gzip", "zstd"] {
+        let (answer, sent) = running.compressed(encoding, "", &[b' '; 10_000_000]).await;
+        assert!(sent < 400_000);
+        assert_eq!(problem(answer).await, (413, "body_too_large".to_owned()));
+    }
+}

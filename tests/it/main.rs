@@ -1,0 +1,15 @@
+//! The service as its callers see it: over HTTP, over gRPC and on the command line.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test fails by panicking"
+)]
+
+mod architecture;
+mod bad_input;
+mod contract;
+mod same_answer;
+mod service;
+mod support;

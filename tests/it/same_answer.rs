@@ -1,0 +1,140 @@
+//! The command line, HTTP and gRPC give the same answer for the same input.
+
+use std::fs;
+
+use conicoid::service::message::v1;
+use prost::Message;
+use serde_json::Value;
+
+use super::support::{clouds, conicoid, start};
+
+/// The parts of an answer that must not depend on how it was asked for.
+fn essence(mut answer: Value) -> Value {
+    answer["timing"].take();
+    answer
+}
+
+/// The same of a protobuf answer.
+fn message_essence(mut answer: v1::Segmentation) -> v1::Segmentation {
+    answer.timing = None;
+    answer
+}
+
+#[tokio::test]
+async fn all_transports_and_methods_agree() {
+    let running = start(&[]).await;
+    let directory = tempfile::tempdir().unwrap();
+    let (input, output) = (directory.path().join("cloud.ply"), directory.path().join("r.json"));
+    let cloud = clouds::ply(&clouds::bracket(6000));
+    fs::write(&input, &cloud).unwrap();
+    for method in ["rcond", "distance"] {
+        let (file, result) = (input.to_str().unwrap(), output.to_str().unwrap());
+        let run = conicoid(&["segment", file, "-o", result, "--method", method], None);
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        let from_cli: Value = serde_json::from_slice(&fs::read(&output).unwrap()).unwrap();
+        let from_http = running.post(&format!("method={method}"), cloud.clone()).await;
+        let from_http: Value = from_http.json().await.unwrap();
+        assert_eq!(essence(from_cli), essence(from_http));
+
+        let url = running.url(&format!("/v1/segmentations?method={method}"));
+        let request = reqwest::Client::new().post(url).header("accept", "application/x-protobuf");
+        let answer = request.body(cloud.clone()).send().await.unwrap().bytes().await.unwrap();
+        let from_http = v1::Segmentation::decode(answer).unwrap();
+        let number = match method {
+            "rcond" => v1::Method::Rcond,
+            _ => v1::Method::Distance,
+        };
+        let parameters = v1::Parameters { method: number.into(), ..Default::default() };
+        let request = v1::SegmentRequest {
+            cloud: cloud.clone().into(),
+            parameters: Some(parameters),
+            ..Default::default()
+        };
+        let from_grpc = running.grpc().await.segment(request).await.unwrap().into_inner();
+        assert_eq!(message_essence(from_http), message_essence(from_grpc));
+    }
+}
+
+#[tokio::test]
+async fn json_and_protobuf_hold_the_same_numbers() {
+    let running = start(&[]).await;
+    let cloud = clouds::ply(&clouds::bracket(6000));
+    let json: Value = running.post("method=rcond", cloud.clone()).await.json().await.unwrap();
+    let parameters = v1::Parameters { method: v1::Method::Rcond.into(), ..Default::default() };
+    let request = v1::SegmentRequest {
+        cloud: cloud.into(),
+        parameters: Some(parameters),
+        ..Default::default()
+    };
+    let message = running.grpc().await.segment(request).await.unwrap().into_inner();
+    let regions = json["regions"].as_array().unwrap();
+    assert!(!regions.is_empty() && regions.len() == message.regions.len());
+    for (region, told) in regions.iter().zip(&message.regions) {
+        assert_eq!(region["coefficients"], serde_json::json!(told.coefficients));
+        assert_eq!(region["point_count"], told.point_count);
+        assert_eq!(region["fit"]["rms"], told.fit.unwrap().rms);
+    }
+    assert_eq!(json["labels"], serde_json::json!(message.labels));
+    assert_eq!(json["input"]["sha256"], message.input.unwrap().sha256);
+}
+
+#[tokio::test]
+async fn a_cloud_in_chunks_or_compressed_or_in_a_form_gives_the_same_answer() {
+    use v1::upload::Part;
+    let running = start(&[]).await;
+    let cloud = clouds::ply(&clouds::bracket(3000));
+    let plain: Value = running.post("seed=3", cloud.clone()).await.json().await.unwrap();
+    let plain = essence(plain);
+
+    for encoding in ["gzip", "zstd"] {
+        let (answer, _) = running.compressed(encoding, "seed=3", &cloud).await;
+        assert_eq!(essence(answer.json().await.unwrap()), plain);
+    }
+
+    let file = reqwest::multipart::Part::bytes(cloud.clone()).file_name("cloud.PLY");
+    let form = reqwest::multipart::Form::new().part("cloud", file);
+    let form = form.text("parameters", r#"{"seed": 3}"#);
+    let request = reqwest::Client::new().post(running.url("/v1/segmentations")).multipart(form);
+    let answer: Value = request.send().await.unwrap().json().await.unwrap();
+    assert_eq!(essence(answer), plain);
+
+    let parameters = v1::Parameters { seed: Some(3), ..Default::default() };
+    let request = v1::SegmentRequest { parameters: Some(parameters), ..Default::default() };
+    let begin = v1::UploadStart { request: Some(request.clone()), ..Default::default() };
+    let chunks = cloud.chunks(10_000).map(|c| Part::Chunk(c.to_vec().into()));
+    let parts: Vec<_> = std::iter::once(Part::Start(begin))
+        .chain(chunks)
+        .map(|part| v1::Upload { part: Some(part) })
+        .collect();
+    let mut client = running.grpc().await;
+    let chunked = client.segment_upload(futures::stream::iter(parts)).await.unwrap().into_inner();
+    let whole = v1::SegmentRequest { cloud: cloud.into(), ..request };
+    let whole = client.segment(whole).await.unwrap().into_inner();
+    assert_eq!(message_essence(chunked), message_essence(whole));
+}
+
+#[test]
+fn the_command_reads_standard_input_and_writes_standard_output() {
+    let directory = tempfile::tempdir().unwrap();
+    let input = directory.path().join("cloud");
+    fs::write(&input, clouds::xyz(&clouds::cylinder(500))).unwrap();
+    let run = conicoid(&["segment", "-", "--labels", "none", "--merge", "false"], Some(&input));
+    let answer: Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(answer["input"]["format"], "xyz");
+    assert_eq!(answer["parameters"]["merge"], false);
+    assert!(answer.get("labels").is_none());
+}
+
+#[test]
+fn a_bad_flag_or_file_ends_the_command_with_a_clear_message() {
+    for (args, words) in [
+        (["segment", "nowhere.ply", "--seed=1"], "cannot read nowhere.ply"),
+        (["segment", "-", "--min-points=2"], "a whole number from 10"),
+        (["segment", "-", "--surfaces=blob"], "blob"),
+        (["segment", "-", "--seed=1"], "the input is empty"),
+    ] {
+        let run = conicoid(&args, None);
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert!(!run.status.success() && told.contains(words), "{args:?}: {told}");
+    }
+}

@@ -1,0 +1,118 @@
+//! The listeners, overload, deadlines, health and the end of the service.
+
+use conicoid::service::message::v1;
+use tonic::Code;
+use tonic_health::pb::{HealthCheckRequest, health_client::HealthClient};
+
+use super::support::{clouds, conicoid, problem, reason, start};
+
+#[tokio::test]
+async fn a_full_queue_is_answered_at_once_and_says_when_to_come_back() {
+    let running = start(&["--queue=1"]).await;
+    let place = running.service.pool().admit().unwrap();
+    let refused = running.post("", clouds::xyz(&clouds::cylinder(100))).await;
+    assert!(refused.headers().contains_key("retry-after"));
+    assert_eq!(problem(refused).await, (503, "overloaded".to_owned()));
+    let message = || v1::SegmentRequest {
+        cloud: clouds::xyz(&clouds::cylinder(100)).into(),
+        ..Default::default()
+    };
+    let status = running.grpc().await.segment(message()).await.unwrap_err();
+    assert_eq!(reason(&status), (Code::ResourceExhausted, "overloaded".to_owned()));
+    drop(place);
+    assert!(running.grpc().await.segment(message()).await.is_ok());
+}
+
+#[tokio::test]
+async fn uploads_beyond_the_byte_budget_are_refused() {
+    let running = start(&["--max-bytes-in-flight=1000"]).await;
+    let refused = running.post("", clouds::xyz(&clouds::cylinder(100))).await;
+    assert_eq!(problem(refused).await, (503, "overloaded".to_owned()));
+    let fine = running.post("min_points=10", "0 0 0\n".repeat(20)).await;
+    assert_eq!(fine.status(), 200);
+}
+
+#[tokio::test]
+async fn a_deadline_that_has_passed_ends_the_work() {
+    let running = start(&[]).await;
+    let cloud = clouds::xyz(&clouds::cylinder(2000));
+    let late = running.post("deadline=1e-9", cloud.clone()).await;
+    assert_eq!(problem(late).await, (504, "deadline_exceeded".to_owned()));
+    let message =
+        v1::SegmentRequest { cloud: cloud.into(), deadline: Some(1e-9), ..Default::default() };
+    let status = running.grpc().await.segment(message).await.unwrap_err();
+    assert_eq!(reason(&status), (Code::DeadlineExceeded, "deadline_exceeded".to_owned()));
+}
+
+#[tokio::test]
+async fn an_upload_that_stalls_times_out() {
+    let running = start(&["--upload-timeout=0.05"]).await;
+    let stalled = reqwest::Body::wrap_stream(futures::stream::pending::<Result<String, String>>());
+    let refused = running.post("", stalled).await;
+    assert_eq!(problem(refused).await, (408, "upload_timeout".to_owned()));
+}
+
+#[tokio::test]
+async fn the_request_id_of_the_caller_comes_back() {
+    let running = start(&[]).await;
+    let request = reqwest::Client::new().get(running.url("/docs"));
+    let answer = request.header("x-request-id", "trace-7").send().await.unwrap();
+    assert_eq!(answer.headers()["x-request-id"], "trace-7");
+    let long = reqwest::Client::new().get(running.url("/docs"));
+    let answer = long.header("x-request-id", "x".repeat(129)).send().await.unwrap();
+    assert_eq!(answer.headers()["x-request-id"].len(), 36);
+}
+
+#[tokio::test]
+async fn health_and_reflection_answer() {
+    use tonic_reflection::pb::v1::{
+        ServerReflectionRequest, server_reflection_client::ServerReflectionClient,
+        server_reflection_request::MessageRequest, server_reflection_response::MessageResponse,
+    };
+    let running = start(&[]).await;
+    let mut health = HealthClient::new(running.channel().await);
+    let answer = health.check(HealthCheckRequest::default()).await.unwrap().into_inner();
+    assert_eq!(answer.status, 1);
+    let mut reflection = ServerReflectionClient::new(running.channel().await);
+    let list = ServerReflectionRequest {
+        message_request: Some(MessageRequest::ListServices(String::new())),
+        ..Default::default()
+    };
+    let answers = reflection.server_reflection_info(futures::stream::iter([list])).await.unwrap();
+    let answer = answers.into_inner().message().await.unwrap().unwrap();
+    let Some(MessageResponse::ListServicesResponse(list)) = answer.message_response else {
+        panic!("no list: {answer:?}");
+    };
+    assert!(list.service.iter().any(|s| s.name == "conicoid.v1.Segmentations"));
+}
+
+#[tokio::test]
+async fn an_unknown_grpc_method_is_unimplemented() {
+    let running = start(&[]).await;
+    let url = format!("http://{}/conicoid.v1.Segmentations/Guess", running.addresses.grpc);
+    let client = reqwest::Client::builder().http2_prior_knowledge().build().unwrap();
+    let request = client.post(url).header("content-type", "application/grpc");
+    let answer = request.send().await.unwrap();
+    assert_eq!(answer.headers()["grpc-status"], "12");
+}
+
+#[tokio::test]
+async fn told_to_stop_it_drains_and_ends() {
+    let running = start(&[]).await;
+    let ready = reqwest::get(running.admin_url("/readyz")).await.unwrap();
+    assert_eq!(ready.status(), 200);
+    assert_eq!(reqwest::get(running.admin_url("/livez")).await.unwrap().status(), 200);
+    running.stop.cancel();
+    running.ended.await.unwrap();
+    assert!(reqwest::get(format!("http://{}/docs", running.addresses.http)).await.is_err());
+}
+
+#[test]
+fn an_address_that_is_taken_stops_the_start_with_a_clear_message() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let run = conicoid(&["serve", "--http", &address], None);
+    let told = String::from_utf8_lossy(&run.stderr);
+    assert!(!run.status.success());
+    assert!(told.contains(&format!("cannot listen on {address} (http)")), "{told}");
+}
