@@ -22,7 +22,12 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatEr
         let mut points = Vec::new();
         for scan in &scans {
             for point in reader.pointcloud_simple(scan)? {
-                points.push(position(&point?.cartesian));
+                match point {
+                    Ok(point) => points.push(position(&point.cartesian)),
+                    // a packet that completes no point; the next call goes on with the next packet
+                    Err(e57::Error::Internal { .. }) => {}
+                    Err(error) => return Err(error),
+                }
             }
         }
         Ok(Ok(points))
@@ -55,5 +60,52 @@ fn is_constant(data_type: &RecordDataType) -> bool {
         RecordDataType::Integer { min, max } => min >= max,
         RecordDataType::ScaledInteger { min, max, .. } => min >= max,
         _ => false,
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use e57::{E57Writer, Record, RecordName, RecordValue};
+
+    const POINTS: [[f64; 3]; 3] = [[1.5, -2.0, 1e6], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]];
+
+    /// Two scans: one in doubles, its second point invalid, the other the same moved by a pose.
+    pub(in crate::formats) fn file() -> Vec<u8> {
+        let mut file = Cursor::new(Vec::new());
+        let mut writer = E57Writer::new(&mut file, "file").unwrap();
+        for (scan, shift) in [("a", 0.0), ("b", 100.0)] {
+            let mut prototype =
+                vec![Record::CARTESIAN_X_F64, Record::CARTESIAN_Y_F64, Record::CARTESIAN_Z_F64];
+            let data_type = RecordDataType::Integer { min: 0, max: 2 };
+            prototype.push(Record { name: RecordName::CartesianInvalidState, data_type });
+            let mut points = writer.add_pointcloud(scan, prototype).unwrap();
+            let translation = e57::Translation { x: shift, y: 0.0, z: 0.0 };
+            let rotation = e57::Quaternion::default();
+            points.set_transform(Some(e57::Transform { rotation, translation }));
+            for (i, p) in POINTS.iter().enumerate() {
+                let mut values: Vec<_> = p.iter().map(|&x| RecordValue::Double(x)).collect();
+                values.push(RecordValue::Integer(if i == 1 { 2 } else { 0 }));
+                points.add_point(values).unwrap();
+            }
+            points.finalize().unwrap();
+        }
+        writer.finalize().unwrap();
+        drop(writer);
+        file.into_inner()
+    }
+
+    #[test]
+    fn all_scans_are_read_with_their_poses_and_holes() {
+        let bytes = file();
+        assert_eq!(Format::detect(&bytes), Some(Format::E57));
+        let cloud = read(&bytes, &Limits { max_points: 6 }).unwrap();
+        let xs: Vec<_> = cloud.points.iter().map(|p| p.x).collect();
+        assert_eq!(xs, [1.5, 7.0, 101.5, 107.0]);
+        assert_eq!(cloud.input_index, Some(vec![0, 2, 3, 5]));
+        assert_eq!(
+            read(&bytes, &Limits { max_points: 5 }),
+            Err(FormatError::TooManyPoints { points: 6, limit: 5 })
+        );
     }
 }

@@ -114,9 +114,6 @@ fn text_format(bytes: &[u8]) -> Option<Format> {
     if head.starts_with(b"# .PCD") {
         return Some(Format::Pcd);
     }
-    if head.contains(&0) {
-        return None;
-    }
     let mut lines = head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);
     let first = lines.find(|line| !line.is_empty() && !text::is_comment(line))?;
     match first.split(u8::is_ascii_whitespace).next()? {
@@ -125,6 +122,7 @@ fn text_format(bytes: &[u8]) -> Option<Format> {
         b"v" | b"vn" | b"vt" | b"vp" | b"o" | b"g" | b"s" | b"f" | b"mtllib" | b"usemtl" => {
             Some(Format::Obj)
         }
+        _ if head.contains(&0) => None,
         // a header line or a point count may come before the first point
         _ => std::iter::once(first).chain(lines.take(2)).any(text::is_row).then_some(Format::Xyz),
     }
@@ -140,7 +138,7 @@ mod tests {
             (b"ply\nformat ascii 1.0\n", Some(Format::Ply)),
             (b"ply\r\nformat ascii 1.0\r\n", Some(Format::Ply)),
             (b"# .PCD v0.7\nVERSION 0.7\n", Some(Format::Pcd)),
-            (b"VERSION 0.7\nFIELDS x y z\n", Some(Format::Pcd)),
+            (b"VERSION 0.7\nFIELDS x y z\nDATA binary\n\0\0\0", Some(Format::Pcd)),
             (b"LASF\0\0", Some(Format::Las)),
             (b"ASTM-E57\x01", Some(Format::E57)),
             (b"solid cube\n facet normal 0 0 1\n", Some(Format::Stl)),

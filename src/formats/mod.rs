@@ -23,3 +23,6 @@ pub use error::FormatError;
 pub use format::Format;
 pub use read::{Limits, read};
 pub use write::{RegionRow, region_color, write_labelled_ply, write_labels_npy, write_regions_csv};
+
+#[cfg(test)]
+mod hostile;

@@ -77,7 +77,7 @@ fn ascii(bytes: &[u8]) -> Result<Vec<Vec3>, FormatError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     const CORNERS: [[f32; 3]; 6] = [
@@ -89,7 +89,7 @@ mod tests {
         [0.0, 1.0, 0.0],
     ];
 
-    fn binary_file() -> Vec<u8> {
+    pub(in crate::formats) fn binary_file() -> Vec<u8> {
         let mut file = b"solid in name only".to_vec();
         file.resize(80, b' ');
         file.extend(2u32.to_le_bytes());
@@ -101,7 +101,7 @@ mod tests {
         file
     }
 
-    fn ascii_file() -> String {
+    pub(in crate::formats) fn ascii_file() -> String {
         let triangle = |c: &[[f32; 3]]| {
             let vertex = |p: &[f32; 3]| format!("   vertex {} {} {:e}\n", p[0], p[1], p[2]);
             let vertices: String = c.iter().map(vertex).collect();

@@ -99,4 +99,4 @@ fn ascii(bytes: &[u8], header: &Header, limits: &Limits) -> Result<Vec<Vec3>, Fo
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -29,7 +29,7 @@ fn fields() -> [Vec<Vec<u8>>; 5] {
     ]
 }
 
-fn binary_file() -> Vec<u8> {
+pub(in crate::formats) fn binary_file() -> Vec<u8> {
     let mut file = format!("{HEADER}binary\n").into_bytes();
     let fields = fields();
     (0..4).for_each(|i| fields.iter().for_each(|f| file.extend(&f[i])));
@@ -37,7 +37,7 @@ fn binary_file() -> Vec<u8> {
 }
 
 /// The body as literal runs, which any LZF reader must accept.
-fn compressed_file() -> Vec<u8> {
+pub(in crate::formats) fn compressed_file() -> Vec<u8> {
     let plain: Vec<u8> = fields().concat().concat();
     let packed: Vec<u8> =
         plain.chunks(32).flat_map(|run| [&[run.len() as u8 - 1], run].concat()).collect();

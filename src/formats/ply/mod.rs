@@ -27,4 +27,4 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatEr
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -12,7 +12,7 @@ fn ascii(header: &str, body: &str) -> Vec<u8> {
 const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
 
 /// A binary file with a vertex of mixed types, behind another element and with a property between.
-fn binary(big: bool) -> Vec<u8> {
+pub(in crate::formats) fn binary(big: bool) -> Vec<u8> {
     let order = if big { "big" } else { "little" };
     let mut file = format!(
         "ply\r\nformat binary_{order}_endian 1.0\r\ncomment end_header follows\r\n\

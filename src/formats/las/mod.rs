@@ -1,0 +1,182 @@
+//! LAS and LAZ (ASPRS): coordinates in f64, as integers times scale plus offset.
+
+mod laz;
+
+use std::{io::Cursor, sync::atomic::Ordering};
+
+use super::{
+    Format, FormatError, Limits,
+    guard::{check_density, guarded},
+};
+use crate::geometry::{PointCloud, Vec3};
+
+/// Bytes decoded at a time.
+const BATCH_BYTES: usize = 1 << 20;
+
+/// Reads the points in their order.
+pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatError> {
+    let file = without_extended_records(bytes)?;
+    let points = guarded(Format::Las, || -> Result<_, las::Error> {
+        // the header alone first: making a reader already reserves what a compressed file announces
+        let header = las::Header::new(Cursor::new(&file))?;
+        let points_end = match check(&header, bytes, limits) {
+            Ok(end) => end,
+            Err(error) => return Ok(Err(error)),
+        };
+        let (window, end) = laz::Window::new(file);
+        let mut reader = las::Reader::new(window)?;
+        end.store(points_end, Ordering::Relaxed);
+        read_points(&mut reader).map(Ok)
+    })?;
+    Ok(PointCloud::from_points(points))
+}
+
+fn read_points(reader: &mut las::Reader) -> las::Result<Vec<Vec3>> {
+    let header = reader.header();
+    let (total, record) = (header.number_of_points(), usize::from(header.point_format().len()));
+    let batch = (BATCH_BYTES / record.max(1)).max(1) as u64;
+    let mut points = Vec::new();
+    while (points.len() as u64) < total {
+        let read = reader.read_points(batch)?;
+        if read.is_empty() {
+            break;
+        }
+        let coordinates = read.x().zip(read.y()).zip(read.z());
+        points.extend(coordinates.map(|((x, y), z)| Vec3::new(x, y, z)));
+    }
+    Ok(points)
+}
+
+/// Holds what the header announces against the bytes; gives where the points end.
+fn check(header: &las::Header, bytes: &[u8], limits: &Limits) -> Result<u64, FormatError> {
+    let announced = header.number_of_points();
+    let points_end = if header.point_format().is_compressed {
+        check_density(Format::Las, announced, bytes.len())?;
+        let is_laz = |v: &&las::Vlr| v.user_id == "laszip encoded" && v.record_id == 22204;
+        let vlr = header.vlrs().iter().find(is_laz);
+        laz::check(bytes, &vlr.ok_or_else(|| damaged("its LAZ record is missing"))?.data)?
+    } else {
+        let body = bytes.len().saturating_sub(point_offset(bytes).unwrap_or_default());
+        let found = (body / usize::from(header.point_format().len()).max(1)) as u64;
+        if announced > found {
+            return Err(FormatError::Truncated { format: Format::Las, announced, found });
+        }
+        bytes.len() as u64
+    };
+    limits.check(announced)?;
+    Ok(points_end)
+}
+
+/// A copy of the file that announces no extended variable length records.
+///
+/// They hold nothing about the points, and the library reserves whatever length they announce.
+fn without_extended_records(bytes: &[u8]) -> Result<Vec<u8>, FormatError> {
+    if point_offset(bytes).is_none_or(|offset| offset > bytes.len()) {
+        return Err(damaged("the file ends before its points start"));
+    }
+    let mut file = bytes.to_vec();
+    // LAS 1.4: start of the first extended record (u64), number of them (u32)
+    if let (Some(4..), Some(announced)) = (bytes.get(25), file.get_mut(235..247)) {
+        announced.fill(0);
+    }
+    Ok(file)
+}
+
+fn damaged(reason: &str) -> FormatError {
+    FormatError::Damaged { format: Format::Las, reason: reason.into() }
+}
+
+/// Where the header says that the points start.
+fn point_offset(bytes: &[u8]) -> Option<usize> {
+    u32_at(bytes, 96)
+}
+
+fn u16_at(bytes: &[u8], at: usize) -> Option<usize> {
+    Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?).into())
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> Option<usize> {
+    usize::try_from(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?)).ok()
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> Option<usize> {
+    usize::try_from(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?)).ok()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A survey-like cloud far from the origin, with a step of 0.1 mm.
+    pub(in crate::formats) fn file(format: u8, compressed: bool, n: usize) -> (Vec<u8>, Vec<Vec3>) {
+        let mut builder = las::Builder::from((1, 4));
+        builder.point_format = las::point::Format::new(format).unwrap();
+        builder.point_format.is_compressed = compressed;
+        let transforms = &mut builder.transforms;
+        for (transform, offset) in
+            [(&mut transforms.x, 4e5), (&mut transforms.y, 5e6), (&mut transforms.z, 0.0)]
+        {
+            (transform.scale, transform.offset) = (1e-4, offset);
+        }
+        let header = builder.into_header().unwrap();
+        let mut writer = las::Writer::new(Cursor::new(Vec::new()), header).unwrap();
+        let place = |i: usize| {
+            let t = i as f64;
+            Vec3::new(4e5 + t * 0.0123, 5e6 + 50.0 * (t / 9.0).sin(), -3.0 + t * 0.5)
+        };
+        let gps_time = (format >= 6).then_some(0.0);
+        let color = (format == 7).then(las::Color::default);
+        let points: Vec<_> = (0..n).map(place).collect();
+        for p in &points {
+            let point =
+                las::Point { x: p.x, y: p.y, z: p.z, gps_time, color, ..las::Point::default() };
+            writer.write_point(point).unwrap();
+        }
+        (writer.into_inner().unwrap().into_inner(), points)
+    }
+
+    #[test]
+    fn coordinates_keep_their_tenth_of_a_millimetre_far_from_the_origin() {
+        for (format, compressed) in [(0, false), (0, true), (6, false), (6, true), (7, true)] {
+            let (bytes, points) = file(format, compressed, 300);
+            assert_eq!(Format::detect(&bytes), Some(Format::Las));
+            let cloud = read(&bytes, &Limits { max_points: 300 }).unwrap();
+            assert_eq!(cloud.points.len(), 300);
+            for (p, q) in cloud.points.iter().zip(&points) {
+                assert!((p - q).amax() < 0.6e-4, "format {format}, compressed {compressed}");
+            }
+            assert_eq!(
+                read(&bytes, &Limits { max_points: 299 }),
+                Err(FormatError::TooManyPoints { points: 300, limit: 299 })
+            );
+        }
+    }
+
+    #[test]
+    fn a_count_beyond_the_bytes_is_refused_before_it_is_believed() {
+        for compressed in [false, true] {
+            let (mut bytes, _) = file(0, compressed, 300);
+            bytes[107..111].fill(0);
+            bytes[247..255].copy_from_slice(&1_000_000_000_000u64.to_le_bytes());
+            let error = read(&bytes, &Limits::default()).unwrap_err();
+            assert!(
+                matches!(error, FormatError::Truncated { announced: 1_000_000_000_000, .. }),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn announced_layers_and_chunks_beyond_the_file_are_refused() {
+        let (bytes, _) = file(6, true, 300);
+        let start = point_offset(&bytes).unwrap();
+        let refused = |at: usize| {
+            let mut bytes = bytes.clone();
+            bytes[at..at + 4].fill(0xf0);
+            matches!(read(&bytes, &Limits::default()), Err(FormatError::Damaged { .. }))
+        };
+        let first_layer = start + 8 + 30 + 4;
+        let chunk_table = u64_at(&bytes, start).unwrap();
+        assert!(refused(first_layer) && refused(first_layer + 32) && refused(chunk_table + 4));
+    }
+}
