@@ -8,9 +8,11 @@ mod scatter;
 mod section;
 mod shape;
 pub mod starts;
+mod taubin;
 
 pub use direct::{direct_fit, direct_fit_through};
 pub use rcond::Condition;
 pub use scatter::{Matrix10, Scatter, Vector10, features};
 pub use section::section_normals;
 pub use shape::{Family, MAX_DOF, Offset, Shape};
+pub use taubin::taubin_fit;

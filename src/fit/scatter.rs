@@ -49,6 +49,16 @@ impl Scatter {
         self.0[(9, 9)]
     }
 
+    /// The frame centred on the points and of their size (as [`Frame::of`]), where this matrix is in
+    /// `frame`.
+    pub fn own_frame(&self, frame: &Frame) -> Frame {
+        let (s, n) = (&self.0, self.count().max(1.0));
+        let mean = Vec3::new(s[(6, 9)], s[(7, 9)], s[(8, 9)]) / n;
+        let sq_size = (s[(0, 9)] + s[(1, 9)] + s[(2, 9)]) / n - mean.norm_squared();
+        let size = if sq_size > 0.0 { sq_size.sqrt() } else { 1.0 };
+        Frame { origin: frame.world_from_local(&mean), scale: frame.scale * size }
+    }
+
     /// The same points' matrix in world coordinates, from that in `frame`.
     pub fn world_from_local(&self, frame: &Frame) -> Self {
         Self::transformed(self, &world_features(frame))
@@ -164,6 +174,8 @@ mod tests {
         let sum = Scatter::of(first.into_iter(), &here).moved(&here, &there)
             + Scatter::of(second.into_iter(), &there);
         assert!(close(&sum.0, &Scatter::of(points().into_iter(), &there).0));
+        let own = Scatter::of(points().into_iter(), &there).own_frame(&there);
+        assert!((own.origin - here.origin).norm() < 1e-9 && (own.scale - here.scale).abs() < 1e-9);
         let world = Frame { origin: Vec3::zeros(), scale: 1.0 };
         let direct = Scatter::of(points().into_iter(), &world);
         assert!(close(

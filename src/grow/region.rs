@@ -1,5 +1,5 @@
 use super::Pool;
-use crate::fit::Condition;
+use crate::fit::{Condition, Scatter};
 
 /// A region while it grows.
 pub struct Region {
@@ -8,13 +8,18 @@ pub struct Region {
     /// Where the points added under the current seed begin in `members`.
     current_start: usize,
     condition: Condition,
+    /// S at 32, 64, 128, ... points.
+    stages: Vec<Scatter>,
 }
+
+/// Points at the first stage.
+const FIRST_STAGE: usize = 32;
 
 impl Region {
     /// Of no points; `condition` must be empty and in a frame near the points to come.
     pub fn new(pool: &Pool, condition: Condition) -> Self {
         let inside = vec![false; pool.len()];
-        Self { members: Vec::new(), inside, current_start: 0, condition }
+        Self { members: Vec::new(), inside, current_start: 0, condition, stages: Vec::new() }
     }
 
     /// Its points in the order they were added.
@@ -57,5 +62,14 @@ impl Region {
         self.members.push(index);
         self.inside[index as usize] = true;
         self.condition = condition;
+        if self.members.len() == FIRST_STAGE << self.stages.len() {
+            self.stages.push(*self.condition.scatter());
+        }
+    }
+
+    /// S, in the condition's frame, of the region as it is and as it was at each doubling of its
+    /// size: a region that has grown over a joint was a pure one before.
+    pub fn stages(&self) -> impl Iterator<Item = &Scatter> {
+        self.stages.iter().chain([self.condition.scatter()])
     }
 }

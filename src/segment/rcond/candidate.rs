@@ -1,5 +1,5 @@
-use super::DirectSurface;
-use crate::grow::{Grown, Growth, Pool};
+use super::FittedSurface;
+use crate::grow::{Grown, Pool};
 
 /// The most points a candidate is judged on.
 const JUDGED: usize = 4096;
@@ -8,22 +8,26 @@ const JUDGED: usize = 4096;
 pub struct Candidate {
     /// The grown region and how it came about.
     pub grown: Grown,
-    /// The surface of the region's points.
-    pub surface: DirectSurface,
+    /// The surface that the region's points support best.
+    pub surface: FittedSurface,
     /// About how many points the surface explains; see [`support`].
     pub support: f64,
 }
 
 impl Candidate {
-    /// Grows and fits from `seed`; `None` where the grown points have no fit.
-    pub fn grow(growth: &Growth, pool: &Pool, seed: u32, threshold: f64) -> Option<Self> {
-        let grown = growth.grow(pool, seed);
+    /// The surface of `grown` as it is, or as it was at an earlier size where that has more
+    /// support: so a region that has run over a joint still yields the surface it began on. `None`
+    /// where there is no fit.
+    pub fn of(grown: Grown, pool: &Pool, threshold: f64) -> Option<Self> {
         let members = grown.region.members();
         let first_two = [*pool.point(*members.first()?), *pool.point(*members.get(1)?)];
-        let condition = grown.region.condition();
-        let surface =
-            DirectSurface::from_scatter(*condition.scatter(), *condition.frame(), first_two)?;
-        let support = support(&surface, pool, threshold);
+        let frame = grown.region.condition().frame();
+        let (support, surface) = grown
+            .region
+            .stages()
+            .filter_map(|scatter| FittedSurface::from_scatter(scatter, frame, first_two))
+            .map(|surface| (support(&surface, pool, threshold), surface))
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(Self { grown, surface, support })
     }
 }
@@ -33,11 +37,11 @@ impl Candidate {
 ///
 /// A mixture of two surfaces, grown from a seed near their joint, may well reach as many points
 /// as either; but its residuals fill the threshold, so it is worth less than a pure region.
-fn support(surface: &DirectSurface, pool: &Pool, threshold: f64) -> f64 {
+fn support(surface: &FittedSurface, pool: &Pool, threshold: f64) -> f64 {
     let step = pool.available().len().div_ceil(JUDGED).max(1);
     let worth = |&i: &u32| {
-        let share = surface.residual(pool.point(i)) / threshold;
-        if share < 1.0 { 1.0 - share * share } else { 0.0 }
+        let residual = surface.residual_within(pool.point(i), threshold)?;
+        Some(1.0 - (residual / threshold).powi(2))
     };
-    pool.available().iter().step_by(step).map(worth).sum::<f64>() * step as f64
+    pool.available().iter().step_by(step).filter_map(worth).sum::<f64>() * step as f64
 }

@@ -1,4 +1,4 @@
-use super::DirectSurface;
+use super::{Candidate, FittedSurface};
 use crate::grow::Pool;
 
 /// After so many cycles a region that still moves is taken as it is.
@@ -7,40 +7,46 @@ const MAX_CYCLES: usize = 50;
 /// The points extracted for one surface.
 pub struct Extracted {
     /// The surface of these points.
-    pub surface: DirectSurface,
+    pub surface: FittedSurface,
     /// Indices into the pool, ascending.
     pub members: Vec<u32>,
     /// How many points joined in each cycle.
     pub cycles: Vec<usize>,
+    /// How often each strategy led its growth on.
+    pub strategies: [usize; 3],
 }
 
 /// The seed's extraction (section 3.2): all points within `threshold` of the surface, |x.a| <= t,
 /// join; the surface is fitted anew; and again, until no point joins.
 ///
-/// Points that the new surface no longer accepts leave. `None` where too few points remain for a fit.
-pub fn extract(
-    pool: &Pool,
-    start: &DirectSurface,
-    grown: &[u32],
-    threshold: f64,
-) -> Option<Extracted> {
+/// Points that the new surface no longer accepts leave: a few of a neighbour's in the grown region
+/// must not hold its surface off. `None` where too few points remain for a fit.
+pub fn extract(pool: &Pool, candidate: &Candidate, threshold: f64) -> Option<Extracted> {
+    let mut extracted = Extracted {
+        surface: candidate.surface,
+        members: candidate.grown.region.members().to_vec(),
+        cycles: Vec::new(),
+        strategies: candidate.grown.strategies,
+    };
+    extracted.members.sort_unstable();
     let mut inside = vec![false; pool.len()];
-    grown.iter().for_each(|&i| inside[i as usize] = true);
-    let (mut surface, mut cycles) = (*start, Vec::new());
-    loop {
-        let members: Vec<u32> = accepted(pool, &surface, threshold).collect();
-        let joined = members.iter().filter(|&&i| !inside[i as usize]).count();
-        if joined == 0 || cycles.len() == MAX_CYCLES {
-            return Some(Extracted { surface, members, cycles });
+    while extracted.cycles.len() < MAX_CYCLES {
+        let surface = &extracted.surface;
+        let members: Vec<u32> = accepted(pool, surface, threshold).collect();
+        if members == extracted.members {
+            break;
         }
-        cycles.push(joined);
         inside.fill(false);
-        members.iter().for_each(|&i| inside[i as usize] = true);
-        surface = DirectSurface::fit(members.iter().map(|&i| *pool.point(i)), surface.first_two)?;
+        extracted.members.iter().for_each(|&i| inside[i as usize] = true);
+        extracted.cycles.push(members.iter().filter(|&&i| !inside[i as usize]).count());
+        let points = members.iter().map(|&i| *pool.point(i));
+        extracted.surface = FittedSurface::fit(points, surface.first_two)?;
+        extracted.members = members;
     }
+    Some(extracted)
 }
 
-fn accepted(pool: &Pool, surface: &DirectSurface, threshold: f64) -> impl Iterator<Item = u32> {
-    let near = move |i: &u32| surface.residual(pool.point(*i)) <= threshold;
+fn accepted(pool: &Pool, surface: &FittedSurface, threshold: f64) -> impl Iterator<Item = u32> {
+    let near = move |i: &u32| surface.residual_within(pool.point(*i), threshold).is_some();
     pool.available().iter().copied().filter(near)
 }

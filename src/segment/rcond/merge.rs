@@ -1,4 +1,4 @@
-use super::{DirectSurface, Found};
+use super::{FittedSurface, Found};
 use crate::geometry::Vec3;
 
 /// The share of each region's points that must lie on the joint surface. The seed asks for all;
@@ -33,15 +33,15 @@ pub fn merge(found: &mut Found, points: &[Vec3], threshold: f64) {
 /// The common surface of two regions, where there is one. Their scatter matrices add, so only pairs
 /// that may well belong together cost a pass over their points.
 fn joint(
-    surfaces: [&DirectSurface; 2],
+    surfaces: [&FittedSurface; 2],
     points: [&Vec<Vec3>; 2],
     threshold: f64,
-) -> Option<DirectSurface> {
+) -> Option<FittedSurface> {
     let [a, b] = surfaces;
     let scatter = a.scatter + b.scatter.moved(&b.frame, &a.frame);
-    let surface = DirectSurface::from_scatter(scatter, a.frame, a.first_two)?;
+    let surface = FittedSurface::from_scatter(&scatter, &a.frame, a.first_two)?;
     let on_it = |points: &Vec<Vec3>| {
-        let near = points.iter().filter(|p| surface.residual(p) <= threshold).count();
+        let near = points.iter().filter_map(|p| surface.residual_within(p, threshold)).count();
         near as f64 >= ON_JOINT_SURFACE * points.len() as f64
     };
     (surface.mean_sq_residual() <= threshold * threshold && points.into_iter().all(on_it))

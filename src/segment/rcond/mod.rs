@@ -10,7 +10,7 @@ use candidate::Candidate;
 use extract::{Extracted, extract};
 use merge::merge;
 use refine::refine;
-pub use surface::DirectSurface;
+pub use surface::FittedSurface;
 
 use super::random::SplitMix64;
 use super::{Counters, Monitor, Parameters, SegmentError, Stage};
@@ -20,12 +20,15 @@ use crate::grow::{Growth, Pool, RcondBelow};
 /// How many seed points compete for each region. The seed draws one, and asks in its last sentence what
 /// to do when it lies badly.
 const COMPETITORS: usize = 8;
+/// They stop early once they have grown this many times the points there are: what they could tell
+/// apart they have.
+const MOST_GROWN: usize = 2;
 
 /// The regions found, in the order they were extracted.
 #[derive(Default)]
 pub struct Found {
     /// Each region's surface.
-    pub surfaces: Vec<DirectSurface>,
+    pub surfaces: Vec<FittedSurface>,
     /// Each point's region, -1 = none.
     pub labels: Vec<i32>,
     /// How much work it was.
@@ -53,16 +56,17 @@ pub fn find(
         monitor.check()?;
         let left = pool.available().len() as f64 / points.len() as f64;
         monitor.progress(Stage::Grow, 0.8 * (1.0 - left));
-        found.counters.trials += 1;
-        match trial(&pool, &growth, &mut random, parameters) {
-            Some((extracted, strategies)) => {
-                found.accept(&pool, &extracted, strategies);
+        let (seeds, best) = compete(&pool, &growth, &mut random, parameters.algebraic_threshold);
+        found.counters.trials += seeds;
+        match best.and_then(|candidate| extract_region(&pool, &candidate, parameters)) {
+            Some(extracted) => {
+                found.accept(&pool, &extracted);
                 pool.take(&extracted.members)?;
                 failed = 0;
             }
             None => {
-                found.counters.failed_trials += 1;
-                failed += 1;
+                found.counters.failed_trials += seeds;
+                failed += seeds;
             }
         }
     }
@@ -78,29 +82,42 @@ pub fn find(
     Ok(found)
 }
 
-/// One region: seeds, growth, fit, the best candidate, its extraction.
-fn trial(
+/// Grows a region from each of several seed points; how many, and the best of them.
+fn compete(
     pool: &Pool,
     growth: &Growth,
     random: &mut SplitMix64,
+    threshold: f64,
+) -> (usize, Option<Candidate>) {
+    let (mut seeds, mut grown, mut best) = (0, 0, None::<Candidate>);
+    while seeds < COMPETITORS && grown <= MOST_GROWN * pool.available().len() {
+        let Some(&seed) = random.pick(pool.available()) else { break };
+        seeds += 1;
+        let region = growth.grow(pool, seed);
+        grown += region.region.members().len();
+        let candidate = Candidate::of(region, pool, threshold);
+        if candidate.as_ref().map(|c| c.support) > best.as_ref().map(|c| c.support) {
+            best = candidate;
+        }
+    }
+    (seeds, best)
+}
+
+/// Extracts the candidate's points from the cloud. `None` where they are too few, or where their
+/// surface is imaginary or a pair of crossing planes.
+fn extract_region(
+    pool: &Pool,
+    candidate: &Candidate,
     parameters: &Parameters,
-) -> Option<(Extracted, [usize; 3])> {
-    let threshold = parameters.algebraic_threshold;
-    let seeds: Vec<u32> =
-        (0..COMPETITORS).filter_map(|_| random.pick(pool.available()).copied()).collect();
-    let best = seeds
-        .iter()
-        .filter_map(|&seed| Candidate::grow(growth, pool, seed, threshold))
-        .max_by(|a, b| a.support.total_cmp(&b.support))?;
-    let extracted = extract(pool, &best.surface, best.grown.region.members(), threshold)?;
+) -> Option<Extracted> {
+    let extracted = extract(pool, candidate, parameters.algebraic_threshold)?;
     let surface = &extracted.surface;
     let real = recover(&surface.quadric, &surface.frame, Tolerance::default()).is_some();
-    (real && extracted.members.len() >= parameters.min_points)
-        .then_some((extracted, best.grown.strategies))
+    (real && extracted.members.len() >= parameters.min_points).then_some(extracted)
 }
 
 impl Found {
-    fn accept(&mut self, pool: &Pool, extracted: &Extracted, strategies: [usize; 3]) {
+    fn accept(&mut self, pool: &Pool, extracted: &Extracted) {
         let label = self.surfaces.len() as i32;
         for &i in &extracted.members {
             self.labels[pool.cloud_index(i) as usize] = label;
@@ -108,7 +125,7 @@ impl Found {
         self.surfaces.push(extracted.surface);
         self.counters.extraction_cycles.push(extracted.cycles.clone());
         let total = self.counters.strategies.get_or_insert([0; 3]);
-        total.iter_mut().zip(strategies).for_each(|(t, s)| *t += s);
+        total.iter_mut().zip(extracted.strategies).for_each(|(t, s)| *t += s);
     }
 
     /// Each region's points, in the cloud's order.
@@ -124,7 +141,7 @@ impl Found {
 
     /// Takes `fitted` as the surfaces; regions without one are dropped and the labels closed up.
     /// True where a region was dropped.
-    fn keep(&mut self, fitted: Vec<Option<DirectSurface>>) -> bool {
+    fn keep(&mut self, fitted: Vec<Option<FittedSurface>>) -> bool {
         let mut next = 0;
         let new_label: Vec<i32> = fitted
             .iter()

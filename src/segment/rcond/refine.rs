@@ -1,4 +1,4 @@
-use super::{DirectSurface, Found};
+use super::{FittedSurface, Found};
 use crate::geometry::{Quadric, Vec3};
 
 /// After so many rounds labels that still change are taken as they are.
@@ -29,12 +29,12 @@ pub fn refine(found: &mut Found, points: &[Vec3], threshold: f64, min_points: us
 struct Reach {
     min: Vec3,
     max: Vec3,
-    surface: DirectSurface,
+    surface: FittedSurface,
     local: Quadric,
 }
 
 impl Reach {
-    fn of(surface: &DirectSurface, points: &[Vec3]) -> Self {
+    fn of(surface: &FittedSurface, points: &[Vec3]) -> Self {
         let min = points.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let max = points.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
         let margin = Vec3::repeat(REACH * (max - min).norm());
@@ -45,7 +45,7 @@ impl Reach {
     /// Distance of a point that the surface accepts.
     fn distance(&self, x: &Vec3, threshold: f64) -> Option<f64> {
         let inside = (0..3).all(|k| x[k] >= self.min[k] && x[k] <= self.max[k]);
-        (inside && self.surface.residual(x) <= threshold).then(|| {
+        (inside && self.surface.residual_within(x, threshold).is_some()).then(|| {
             let frame = &self.surface.frame;
             frame.scale * self.local.distance(&frame.local_from_world(x))
         })
@@ -76,7 +76,7 @@ fn refit(found: &mut Found, points: &[Vec3], min_points: usize) -> bool {
         .zip(&members)
         .map(|(surface, members)| {
             let enough = members.len() >= min_points;
-            enough.then(|| DirectSurface::fit(members.iter().copied(), surface.first_two)).flatten()
+            enough.then(|| FittedSurface::fit(members.iter().copied(), surface.first_two)).flatten()
         })
         .collect();
     found.keep(fitted)
