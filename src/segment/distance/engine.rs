@@ -346,7 +346,7 @@ pub fn discover(
 ) -> Result<Model, Cancelled> {
     let min_points = parameters.min_points;
     let mut model = Model { labels: vec![-1; scene.len()], ..Model::default() };
-    let debug = false;
+    let debug = std::env::var("CONICOID_DEBUG").is_ok();
     for pass in 0..3 {
         let open: Vec<u32> =
             (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();

@@ -3,6 +3,7 @@
 
 mod engine;
 mod family;
+mod finish;
 mod hypothesis;
 mod label;
 mod moves;
@@ -67,6 +68,8 @@ fn find(
         Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor };
     monitor.progress(Stage::Grow, 0.1);
     let mut model = engine::discover(&scene, &mut families, parameters, monitor)?;
+    monitor.progress(Stage::Refine, 0.85);
+    finish::finish(&scene, &mut model, families.sigma);
     drop_tori(&mut model);
     let mut labels = vec![-1; n];
     for (&i, &l) in order.iter().zip(&model.labels) {
