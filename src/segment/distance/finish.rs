@@ -6,7 +6,7 @@ use super::engine::Model;
 use super::label::members;
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
-use crate::fit::Shape;
+use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 
 /// Fits every surface to all its points.
@@ -15,6 +15,7 @@ use crate::geometry::Vec3;
 /// given its own and its neighbours' residuals: hard labels erode the ends of an arc, which carry
 /// most of what is known about it.
 pub fn finish(scene: &Scene, model: &mut Model, sigma: f64) {
+    let inverse = 1.0 / (sigma * sigma);
     let weights = soft_labels(scene, model, sigma);
     let shapes: Vec<Shape> = model
         .shapes
@@ -23,11 +24,46 @@ pub fn finish(scene: &Scene, model: &mut Model, sigma: f64) {
         .map(|(s, w)| {
             let (points, weights): (Vec<Vec3>, Vec<f64>) =
                 w.into_iter().map(|(i, w)| (scene.points[i as usize], w)).unzip();
-            let o = Options { cauchy: None, steps: 6, tolerance: 1e-7 };
-            fit(s, &points, Some(&weights), &o).map_or(*s, |f| f.shape)
+            simplest(s, &points, &weights, inverse)
         })
         .collect();
     model.shapes = shapes;
+}
+
+/// The shape fitted to weighted points, or a simpler family nested in its own where that one's
+/// description length is less.
+fn simplest(shape: &Shape, points: &[Vec3], weights: &[f64], inverse: f64) -> Shape {
+    let o = Options { cauchy: None, steps: 6, tolerance: 1e-7 };
+    let total: f64 = weights.iter().sum();
+    let fitted = |s: &Shape, steps| {
+        let f = fit(s, points, Some(weights), &Options { steps, ..o })?;
+        let length = f.shape.family.description_length(total as usize);
+        Some((f.mean_sq * total * inverse + length, f.shape))
+    };
+    let Some(mut best) = fitted(shape, o.steps) else { return *shape };
+    for s in nested(&best.1) {
+        if let Some(f) = fitted(&s, 15) {
+            if f.0 < best.0 {
+                best = f;
+            }
+        }
+    }
+    best.1
+}
+
+/// Simpler shapes near this one, for a start.
+fn nested(s: &Shape) -> Vec<Shape> {
+    let [a, b, c] = s.size;
+    match s.family {
+        Family::Cone => vec![Shape { family: Family::Cylinder, size: [a.abs(), 0.0, 0.0], ..*s }],
+        Family::EllipticCylinder => {
+            vec![Shape { family: Family::Cylinder, size: [(a * b).sqrt(), 0.0, 0.0], ..*s }]
+        }
+        Family::Ellipsoid => {
+            vec![Shape { family: Family::Sphere, size: [(a * b * c).cbrt(), 0.0, 0.0], ..*s }]
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// For each region its points with their weights.
