@@ -34,14 +34,52 @@ pub struct Model {
     pub merges: usize,
 }
 
+/// When to stop growing hypotheses.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Most seeds tried.
+    pub seeds: usize,
+    /// Stop as soon as most of what was grown is no surface but a piece of some other form.
+    pub stop_at_form: bool,
+}
+
+/// Hypotheses after which the form of a scene is first judged.
+const FORM_SAMPLE: usize = 16;
+/// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
+const CORRELATED: f64 = 0.1;
+
+/// What growing gave.
+pub struct Grown {
+    /// The hypotheses in the order of their seeds.
+    pub hypotheses: Vec<Hypothesis>,
+    /// Share of the points that they cover.
+    pub coverage: f64,
+    /// Whether most of what was grown is a piece of some other form.
+    pub form: bool,
+}
+
+/// Share of the grown points that lie in hypotheses with correlated residuals.
+fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
+    let all: usize = hypotheses.iter().map(|h| h.support.len()).sum();
+    let bad: usize =
+        hypotheses.iter().filter(|h| h.correlation > CORRELATED).map(|h| h.support.len()).sum();
+    bad as f64 / all.max(1) as f64
+}
+
 /// Grows hypotheses until every point is covered or has been tried.
+///
+/// # Errors
+/// `monitor` cancelled the work.
 pub fn hypothesise(
     scene: &Scene,
     families: &Families,
+    effort: Effort,
     seed: u64,
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
-) -> Result<Vec<Hypothesis>, Cancelled> {
+) -> Result<Grown, Cancelled> {
+    let before = trials.0;
+    let mut form = false;
     let n = scene.len();
     let mut covered = vec![false; n];
     let mut random = SplitMix64::new(seed);
@@ -49,7 +87,7 @@ pub fn hypothesise(
     let mut failures_in_a_row = 0;
     let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(n)).collect();
     let mut tried = vec![false; n];
-    while failures_in_a_row < MAX_FAILURES {
+    while failures_in_a_row < MAX_FAILURES && trials.0 - before < effort.seeds {
         monitor.check()?;
         let mut pool: Vec<u32> = (0..n as u32)
             .filter(|&i| {
@@ -100,9 +138,68 @@ pub fn hypothesise(
             }
             out.push(h);
         }
+        if effort.stop_at_form && out.len() >= FORM_SAMPLE {
+            form = correlated_share(&out) > 0.5;
+            if form {
+                break;
+            }
+        }
     }
-    Ok(out)
+    form |= !out.is_empty() && correlated_share(&out) > 0.5;
+    let coverage = covered.iter().filter(|c| **c).count() as f64 / n as f64;
+    Ok(Grown { hypotheses: out, coverage, form })
 }
+
+/// How many surfaces a scene seems to need at `families`' noise: those chosen over the share they cover.
+fn surfaces_needed(scene: &Scene, families: &Families, grown: Grown) -> f64 {
+    let coverage = grown.coverage.max(0.01);
+    let none = vec![-1; scene.len()];
+    select(scene, grown.hypotheses, families.sigma, &none, 0, 40).0.len() as f64 / coverage
+}
+
+/// What to do with a scene whose hypotheses leave form errors.
+enum Form {
+    /// Surfaces with a form error: at this sigma their number no longer depends on it.
+    Surfaces(f64),
+    /// No quadrics: the looser the fit, the fewer the patches.
+    Free,
+}
+
+/// Whether form errors sit on true surfaces or on freeform: between four and eight sigmas the number of
+/// surfaces stays, or it falls by a fifth and more.
+fn judge_form(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Form, Cancelled> {
+    let effort = Effort { seeds: 32, stop_at_form: false };
+    let mut needed = [0.0; 2];
+    for (n, k) in needed.iter_mut().zip([4.0, 8.0]) {
+        let looser = Families { sigma: families.sigma * k, ..families.clone() };
+        let grown = hypothesise(scene, &looser, effort, seed, trials, monitor)?;
+        *n = surfaces_needed(scene, &looser, grown);
+    }
+    Ok(if needed[1] >= 0.8 * needed[0] { Form::Surfaces(4.0 * families.sigma) } else { Form::Free })
+}
+
+/// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger
+/// than the patches that the form breaks into.
+fn standing_out(hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    let mut patches: Vec<usize> = hypotheses
+        .iter()
+        .filter(|h| h.correlation > CORRELATED)
+        .map(|h| h.support.len())
+        .collect();
+    patches.sort_unstable();
+    let typical = patches.get(patches.len() / 2).copied().unwrap_or(0);
+    hypotheses
+        .into_iter()
+        .filter(|h| h.correlation <= 0.5 * CORRELATED && h.support.len() > 3 * typical)
+        .collect()
+}
+
 
 /// Points of `members`, at most about `limit` of them, evenly along the scene's order.
 pub fn take(scene: &Scene, members: &[u32], limit: usize) -> Vec<Vec3> {
@@ -364,7 +461,23 @@ pub fn discover(
             rest = s;
             &rest
         };
-        let found = hypothesise(part, families, parameters.seed ^ pass, &mut trials, monitor)?;
+        let seed = parameters.seed ^ pass;
+        let effort = Effort { seeds: usize::MAX, stop_at_form: true };
+        let mut grown = hypothesise(part, families, effort, seed, &mut trials, monitor)?;
+        if grown.form {
+            match judge_form(part, families, seed, &mut trials, monitor)? {
+                Form::Surfaces(sigma) => {
+                    families.sigma = sigma;
+                    let effort = Effort { stop_at_form: false, ..effort };
+                    grown = hypothesise(part, families, effort, seed, &mut trials, monitor)?;
+                }
+                Form::Free => grown.hypotheses = standing_out(grown.hypotheses),
+            }
+            if debug {
+                eprintln!("form: sigma {:.3e} left {}", families.sigma, grown.hypotheses.len());
+            }
+        }
+        let found = grown.hypotheses;
         model.trials.0 += trials.0;
         model.trials.1 += trials.1;
         let grown = found.len();

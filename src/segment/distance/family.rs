@@ -92,7 +92,7 @@ impl Families {
             }
             let mut own: Option<Scored> = None;
             for s in self.starts(family, patch, &seen, &quadrics) {
-                let Some(f) = self.polish(&s, patch.points, 25) else { continue };
+                let Some(f) = self.polish(&s, patch.points, 14) else { continue };
                 if self.degenerate(&f.shape) {
                     continue;
                 }

@@ -7,7 +7,7 @@ use crate::fit::starts::Patch;
 use crate::geometry::Vec3;
 
 /// Points a fit during growth looks at.
-const FIT_SAMPLE: usize = 500;
+const FIT_SAMPLE: usize = 400;
 /// Support reaches this many sigmas from the surface.
 const REACH: f64 = 3.0;
 
@@ -18,6 +18,35 @@ pub struct Hypothesis {
     pub shape: Shape,
     /// Connected points within three sigmas, in order of discovery.
     pub support: Vec<u32>,
+    /// How far its residuals are from independent noise, see [`correlation`].
+    pub correlation: f64,
+}
+
+/// The mean product of neighbouring residuals over their mean square, on a sample of `support`: near 0
+/// for a surface that explains its points, towards 1 where a form error is left. 0 where residuals
+/// are far below `sigma`, so that rounding does not count as form.
+pub fn correlation(scene: &Scene, shape: &Shape, support: &[u32], sigma: f64) -> f64 {
+    let m = support.len().min(600);
+    let (mut product, mut square, mut count) = (0.0, 0.0, 0);
+    for k in 0..m {
+        let i = support[k * support.len() / m] as usize;
+        let r = shape.distance(&scene.points[i]);
+        let (mut sum, mut near) = (0.0, 0);
+        for &j in scene.neighbours(i).iter().take(6) {
+            let d = shape.distance(&scene.points[j as usize]);
+            if d.abs() < REACH * sigma {
+                sum += d;
+                near += 1;
+            }
+        }
+        if near > 0 {
+            product += r * sum / f64::from(near);
+            square += r * r;
+            count += 1;
+        }
+    }
+    let rms = (square / f64::from(count.max(1))).sqrt();
+    if rms < 0.3 * sigma { 0.0 } else { product / square }
 }
 
 /// Scratch memory for walks over the graph, reused between them.
@@ -136,7 +165,7 @@ fn grow_from(
     if best.reduced > 2.0 {
         return None;
     }
-    let mut good: Option<Hypothesis> = None;
+    let mut good: Option<(Shape, Vec<u32>)> = None;
     let mut fresh = true;
     for _ in 0..40 {
         let shape = best.shape;
@@ -174,7 +203,7 @@ fn grow_from(
             }
         }
         if best.reduced < 1.35 {
-            good = Some(Hypothesis { shape: best.shape, support: support.clone() });
+            good = Some((best.shape, support.clone()));
         } else if best.reduced > 2.0 {
             break;
         }
@@ -186,7 +215,10 @@ fn grow_from(
                 shape.distance(&scene.points[j]).abs() < REACH * sigma
             })
             .to_vec();
-        return Some(Hypothesis { shape, support });
+        good = Some((shape, support));
     }
-    good
+    good.map(|(shape, support)| {
+        let correlation = correlation(scene, &shape, &support, sigma);
+        Hypothesis { shape, support, correlation }
+    })
 }

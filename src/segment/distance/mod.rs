@@ -67,7 +67,11 @@ fn find(
     let mut families =
         Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor };
     monitor.progress(Stage::Grow, 0.1);
-    let mut model = engine::discover(&scene, &mut families, parameters, monitor)?;
+    let mut model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
+        Model { labels: vec![-1; n], ..Model::default() }
+    } else {
+        engine::discover(&scene, &mut families, parameters, monitor)?
+    };
     monitor.progress(Stage::Refine, 0.85);
     finish::finish(&scene, &mut model, families.sigma);
     drop_tori(&mut model);

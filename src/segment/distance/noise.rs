@@ -25,6 +25,16 @@ pub fn estimate(scene: &Scene) -> f64 {
     if robust * 4.0 < smooth { robust } else { smooth }
 }
 
+/// Whether the points fill a volume: their noise is a good part of their spacing, and grows with it
+/// when the cloud is thinned, as no noise of a surface does.
+pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
+    if sigma < 0.15 * scene.spacing || scene.len() < 8 * 4 * K {
+        return false;
+    }
+    let thin = Scene::new(scene.points.iter().step_by(8).copied().collect());
+    estimate(&thin) > 1.5 * sigma
+}
+
 /// Lower quartile over the cloud of the ninth-smallest distance of 16 neighbours from the best plane
 /// through two of them and the point.
 fn robust_estimate(scene: &Scene) -> f64 {
