@@ -52,8 +52,6 @@ const CORRELATED: f64 = 0.1;
 pub struct Grown {
     /// The hypotheses in the order of their seeds.
     pub hypotheses: Vec<Hypothesis>,
-    /// Share of the points that they cover.
-    pub coverage: f64,
     /// Whether most of what was grown is a piece of some other form.
     pub form: bool,
 }
@@ -146,27 +144,50 @@ pub fn hypothesise(
         }
     }
     form |= !out.is_empty() && correlated_share(&out) > 0.5;
-    let coverage = covered.iter().filter(|c| **c).count() as f64 / n as f64;
-    Ok(Grown { hypotheses: out, coverage, form })
+    Ok(Grown { hypotheses: out, form })
 }
 
-/// How many surfaces a scene seems to need at `families`' noise: those chosen over the share they cover.
-fn surfaces_needed(scene: &Scene, families: &Families, grown: Grown) -> f64 {
-    let coverage = grown.coverage.max(0.01);
-    let none = vec![-1; scene.len()];
-    select(scene, grown.hypotheses, families.sigma, &none, 0, 40).0.len() as f64 / coverage
+/// Share of the hypotheses that overlap another one in part: neither almost wholly nor hardly at all.
+///
+/// Grown from two seeds of one surface, hypotheses end up the same; grown on freeform, each slides to
+/// where its seed lay.
+fn sliding_share(scene: &Scene, hypotheses: &[Hypothesis]) -> f64 {
+    let m = hypotheses.len();
+    let mut at = vec![Vec::new(); scene.len()];
+    for (k, h) in hypotheses.iter().enumerate() {
+        for &i in &h.support {
+            at[i as usize].push(k);
+        }
+    }
+    let mut shared = vec![0usize; m * m];
+    for here in &at {
+        for (n, &a) in here.iter().enumerate() {
+            for &b in &here[n + 1..] {
+                shared[a * m + b] += 1;
+                shared[b * m + a] += 1;
+            }
+        }
+    }
+    let slides = |a: usize| {
+        (0..m).any(|b| {
+            let least = hypotheses[a].support.len().min(hypotheses[b].support.len()) as f64;
+            let overlap = shared[a * m + b] as f64 / least;
+            (0.25..0.75).contains(&overlap)
+        })
+    };
+    (0..m).filter(|&a| slides(a)).count() as f64 / m.max(1) as f64
 }
 
 /// What to do with a scene whose hypotheses leave form errors.
 enum Form {
-    /// Surfaces with a form error: at this sigma their number no longer depends on it.
+    /// Surfaces with a form error, of which this sigma takes account.
     Surfaces(f64),
-    /// No quadrics: the looser the fit, the fewer the patches.
+    /// No quadrics.
     Free,
 }
 
-/// Whether form errors sit on true surfaces or on freeform: between four and eight sigmas the number of
-/// surfaces stays, or it falls by a fifth and more.
+/// Whether form errors sit on true surfaces or on freeform. With a looser sigma, hypotheses on true surfaces
+/// become the same wherever they start; on freeform they slide.
 fn judge_form(
     scene: &Scene,
     families: &Families,
@@ -175,13 +196,18 @@ fn judge_form(
     monitor: &dyn Monitor,
 ) -> Result<Form, Cancelled> {
     let effort = Effort { seeds: 32, stop_at_form: false };
-    let mut needed = [0.0; 2];
-    for (n, k) in needed.iter_mut().zip([4.0, 8.0]) {
+    for k in [4.0, 8.0] {
         let looser = Families { sigma: families.sigma * k, ..families.clone() };
         let grown = hypothesise(scene, &looser, effort, seed, trials, monitor)?;
-        *n = surfaces_needed(scene, &looser, grown);
+        let sliding = sliding_share(scene, &grown.hypotheses);
+        if sliding < 0.3 {
+            return Ok(Form::Surfaces(looser.sigma));
+        }
+        if sliding > 0.45 {
+            break;
+        }
     }
-    Ok(if needed[1] >= 0.8 * needed[0] { Form::Surfaces(4.0 * families.sigma) } else { Form::Free })
+    Ok(Form::Free)
 }
 
 /// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger
