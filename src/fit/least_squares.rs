@@ -23,29 +23,68 @@ pub struct Fitted {
     pub mean_sq: f64,
 }
 
-/// Normal equations of one linearisation: lower triangle of J'WJ, J'Wr, cost and weight.
-struct Normal {
+/// Normal equations of one linearisation: lower triangle of J'WJ, J'Wr and the weight. Sums add.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Normal {
     jj: [[f64; MAX_DOF]; MAX_DOF],
     jr: [f64; MAX_DOF],
-    cost: f64,
     weight: f64,
 }
 
-#[inline]
-fn robust(d: f64, cauchy: Option<f64>) -> (f64, f64) {
-    match cauchy {
-        None => (1.0, d * d),
-        Some(c) => {
-            let t = (d / c) * (d / c);
-            (1.0 / (1.0 + t), c * c * t.ln_1p())
+impl Normal {
+    /// Adds one point with a weight.
+    #[inline]
+    pub fn add(&mut self, shape: &Shape, x: &Vec3, weight: f64) {
+        let mut j = [0.0; MAX_DOF];
+        let d = shape.distance_jacobian(x, &mut j);
+        self.add_row(&j, d, weight, weight, shape.family.dof());
+    }
+
+    #[inline]
+    fn add_row(&mut self, j: &[f64; MAX_DOF], d: f64, w: f64, given: f64, p: usize) {
+        self.weight += given;
+        for a in 0..p {
+            let wj = w * j[a];
+            self.jr[a] += wj * d;
+            for b in 0..=a {
+                self.jj[a][b] += wj * j[b];
+            }
         }
     }
+
+    /// Adds another sum over other points of the same shape.
+    pub fn merge(&mut self, other: &Self) {
+        for a in 0..MAX_DOF {
+            self.jr[a] += other.jr[a];
+            for b in 0..=a {
+                self.jj[a][b] += other.jj[a][b];
+            }
+        }
+        self.weight += other.weight;
+    }
+
+    /// The shape after one Gauss-Newton step; `None` where the points do not determine it or the step
+    /// would move the surface by more than `limit` (root mean square over the points).
+    pub fn step(&self, shape: &Shape, limit: f64) -> Option<Shape> {
+        let p = shape.family.dof();
+        let d = solve(&self.jj, &self.jr, p, 0.0)?;
+        let moved: f64 = -(0..p).map(|a| d[a] * self.jr[a]).sum::<f64>() / self.weight;
+        (moved >= 0.0 && moved.sqrt() < limit).then(|| shape.stepped(&d[..p])).flatten()
+    }
+}
+
+#[inline]
+fn robust_weight(d: f64, cauchy: Option<f64>) -> f64 {
+    cauchy.map_or(1.0, |c| 1.0 / (1.0 + (d / c) * (d / c)))
+}
+
+fn robust_cost(d: f64, cauchy: Option<f64>) -> f64 {
+    cauchy.map_or(d * d, |c| c * c * ((d / c) * (d / c)).ln_1p())
 }
 
 fn linearise(shape: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options) -> Normal {
     let p = shape.family.dof();
-    let mut n =
-        Normal { jj: [[0.0; MAX_DOF]; MAX_DOF], jr: [0.0; MAX_DOF], cost: 0.0, weight: 0.0 };
+    let mut n = Normal::default();
     let mut j = [0.0; MAX_DOF];
     for (i, x) in points.iter().enumerate() {
         let given = weights.map_or(1.0, |w| w[i]);
@@ -53,27 +92,34 @@ fn linearise(shape: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Option
             continue;
         }
         let d = shape.distance_jacobian(x, &mut j);
-        let (w, rho) = robust(d, o.cauchy);
-        let w = w * given;
-        n.cost += given * rho;
-        n.weight += given;
-        for a in 0..p {
-            let wj = w * j[a];
-            n.jr[a] += wj * d;
-            for b in 0..=a {
-                n.jj[a][b] += wj * j[b];
-            }
-        }
+        n.add_row(&j, d, robust_weight(d, o.cauchy) * given, given, p);
     }
     n
 }
 
+/// Sum of the robust costs. Cauchy's logarithms are taken of products of many factors at once: one
+/// logarithm a point was a quarter of the whole run.
 fn cost(shape: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options) -> f64 {
-    points
-        .iter()
-        .enumerate()
-        .map(|(i, x)| weights.map_or(1.0, |w| w[i]) * robust(shape.distance(x), o.cauchy).1)
-        .sum()
+    match (weights, o.cauchy) {
+        (None, Some(c)) => {
+            let inverse = 1.0 / (c * c);
+            let (mut log, mut product) = (0.0, 1.0);
+            for x in points {
+                let d = shape.distance(x);
+                product *= 1.0 + d * d * inverse;
+                if product > 1e100 {
+                    log += product.ln();
+                    product = 1.0;
+                }
+            }
+            c * c * (log + product.ln())
+        }
+        _ => points
+            .iter()
+            .enumerate()
+            .map(|(i, x)| weights.map_or(1.0, |w| w[i]) * robust_cost(shape.distance(x), o.cauchy))
+            .sum(),
+    }
 }
 
 /// Solves (A + damping diag A) x = -b for the lower triangle of A by Cholesky; `None` where not
@@ -138,6 +184,7 @@ pub fn fit(start: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options)
     let mut shape = start.recentred(&centroid);
     let mut damping = 1e-3;
     let mut normal = linearise(&shape, points, weights, o);
+    let mut least = cost(&shape, points, weights, o);
     let mut step = 0;
     'outer: while step < o.steps {
         loop {
@@ -146,12 +193,12 @@ pub fn fit(start: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options)
                 solve(&normal.jj, &normal.jr, p, damping).and_then(|d| shape.stepped(&d[..p]));
             if let Some(next) = next {
                 let c = cost(&next, points, weights, o);
-                if c <= normal.cost {
-                    let gain = (normal.cost - c) / normal.cost.max(1e-300);
+                if c <= least {
+                    let gain = (least - c) / least.max(1e-300);
+                    least = c;
                     shape = next.recentred(&centroid);
                     damping = (damping * 0.1).max(1e-12);
                     if gain < o.tolerance || step >= o.steps {
-                        normal.cost = c;
                         break 'outer;
                     }
                     normal = linearise(&shape, points, weights, o);
@@ -164,7 +211,7 @@ pub fn fit(start: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options)
             }
         }
     }
-    let mean_sq = normal.cost / normal.weight.max(1e-300);
+    let mean_sq = least / normal.weight.max(1e-300);
     mean_sq.is_finite().then_some(Fitted { shape, mean_sq })
 }
 

@@ -161,7 +161,7 @@ impl Shape {
             Family::Torus => {
                 let h = q.dot(&self.w());
                 let rho = (q.norm_squared() - h * h).max(0.0).sqrt();
-                (rho - self.size[0]).hypot(h) - self.size[1]
+                ((rho - self.size[0]).powi(2) + h * h).sqrt() - self.size[1]
             }
             Family::EllipticCylinder => self.elliptic::<2>(&(self.frame.tr_mul(&q))).0,
             Family::Ellipsoid => self.elliptic::<3>(&(self.frame.tr_mul(&q))).0,
@@ -211,7 +211,7 @@ impl Shape {
             }
             Family::Torus => {
                 let (rho, radial, h) = self.cylindrical(&q);
-                let t = (rho - self.size[0]).hypot(h).max(1e-300);
+                let t = ((rho - self.size[0]).powi(2) + h * h).sqrt().max(1e-300);
                 let normal = (radial * (rho - self.size[0]) + self.w() * h) / t;
                 Offset { distance: t - self.size[1], normal }
             }

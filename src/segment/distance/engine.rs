@@ -7,9 +7,9 @@ use super::hypothesis::{Hypothesis, Walk, grow};
 use super::label::{members, relabel};
 use super::scene::Scene;
 use super::select::select;
-use crate::fit::{Family, Shape};
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
+use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::random::SplitMix64;
 use crate::segment::{Cancelled, Monitor, Parameters};
@@ -213,11 +213,8 @@ fn judge_form(
 /// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger
 /// than the patches that the form breaks into.
 fn standing_out(hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
-    let mut patches: Vec<usize> = hypotheses
-        .iter()
-        .filter(|h| h.correlation > CORRELATED)
-        .map(|h| h.support.len())
-        .collect();
+    let mut patches: Vec<usize> =
+        hypotheses.iter().filter(|h| h.correlation > CORRELATED).map(|h| h.support.len()).collect();
     patches.sort_unstable();
     let typical = patches.get(patches.len() / 2).copied().unwrap_or(0);
     hypotheses
@@ -225,7 +222,6 @@ fn standing_out(hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
         .filter(|h| h.correlation <= 0.5 * CORRELATED && h.support.len() > 3 * typical)
         .collect()
 }
-
 
 /// Points of `members`, at most about `limit` of them, evenly along the scene's order.
 pub fn take(scene: &Scene, members: &[u32], limit: usize) -> Vec<Vec3> {
@@ -569,4 +565,27 @@ pub fn discover(
         }
     }
     Ok(model)
+}
+
+/// Whether what a model leaves of a cloud holds a surface worth a region.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn holds_surface(
+    left: &[Vec3],
+    sigma: f64,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<bool, crate::segment::SegmentError> {
+    const LIMIT: usize = 60_000;
+    let m = left.len().min(LIMIT);
+    let mut scene = Scene::new((0..m).map(|k| left[k * left.len() / m]).collect());
+    scene.sharpen_normals(sigma);
+    let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let families =
+        Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor: sigma };
+    let effort = Effort { seeds: 64, stop_at_form: false };
+    let grown = hypothesise(&scene, &families, effort, parameters.seed, &mut (0, 0), monitor)?;
+    let none = vec![-1; m];
+    Ok(!select(&scene, grown.hypotheses, sigma, &none, 0, 40).0.is_empty())
 }

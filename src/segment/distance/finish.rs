@@ -3,38 +3,118 @@
 use rayon::prelude::*;
 
 use super::engine::Model;
-use super::label::members;
+use super::label::ACCEPT;
 use super::scene::Scene;
-use crate::fit::least_squares::{Options, fit};
+use super::spread::{Labelled, Share, posterior};
+use crate::fit::least_squares::{Normal, Options, fit};
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
+
+/// Points of a region that its last iterated fit looks at; one step on all points follows.
+const SAMPLE: usize = 20_000;
+/// Points summed at once; fixed, so that the result does not depend on the number of threads.
+const CHUNK: usize = 16_384;
 
 /// Fits every surface to all its points.
 ///
 /// A point beside a boundary counts for each surface it may belong to, by the posterior share of that label
 /// given its own and its neighbours' residuals: hard labels erode the ends of an arc, which carry
-/// most of what is known about it.
-pub fn finish(scene: &Scene, model: &mut Model, sigma: f64) {
+/// most of what is known about it. The fit iterates on a sample, then takes one Gauss-Newton step
+/// on all points, which is as good as iterating on all: the sample's fit is within a few sigmas over the
+/// root of its size of the end, and the step squares that.
+pub fn finish(points: &[Vec3], labelled: &Labelled, shapes: &mut [Shape], sigma: f64) {
     let inverse = 1.0 / (sigma * sigma);
-    let weights = soft_labels(scene, model, sigma);
-    let shapes: Vec<Shape> = model
-        .shapes
-        .par_iter()
-        .zip(weights)
-        .map(|(s, w)| {
-            let (points, weights): (Vec<Vec3>, Vec<f64>) =
-                w.into_iter().map(|(i, w)| (scene.points[i as usize], w)).unzip();
-            simplest(s, &points, &weights, inverse)
+    let samples = samples(points, labelled, shapes.len());
+    shapes.par_iter_mut().zip(samples).for_each(|(s, (points, weights, total))| {
+        *s = simplest(s, &points, &weights, total, inverse);
+    });
+    let sums = normal_equations(points, labelled, shapes);
+    for (s, n) in shapes.iter_mut().zip(&sums) {
+        if let Some(next) = n.step(s, 3.0 * sigma) {
+            *s = next;
+        }
+    }
+}
+
+/// Each region's points and weights, thinned to the sample size, and its total weight.
+fn samples(
+    points: &[Vec3],
+    labelled: &Labelled,
+    regions: usize,
+) -> Vec<(Vec<Vec3>, Vec<f64>, f64)> {
+    let mut count = vec![0usize; regions];
+    for &l in &labelled.labels {
+        if l >= 0 {
+            count[l as usize] += 1;
+        }
+    }
+    let stride: Vec<usize> = count.iter().map(|c| c.div_ceil(SAMPLE).max(1)).collect();
+    let mut seen = vec![0usize; regions];
+    let mut out = vec![(Vec::new(), Vec::new(), 0.0); regions];
+    let mut shares = labelled.shares.iter().peekable();
+    let mut give = |l: i32, i: usize, w: f64| {
+        let l = l as usize;
+        out[l].2 += w;
+        if seen[l].is_multiple_of(stride[l]) {
+            out[l].0.push(points[i]);
+            out[l].1.push(w);
+        }
+        seen[l] += 1;
+    };
+    for (i, &l) in labelled.labels.iter().enumerate() {
+        if shares.peek().is_some_and(|s| s.0 as usize == i) {
+            for &(l, w) in shares.next().map_or(&[][..], |s| &s.1) {
+                give(l, i, w);
+            }
+        } else if l >= 0 {
+            give(l, i, 1.0);
+        }
+    }
+    out
+}
+
+/// The normal equations of every region over all points, in one pass.
+fn normal_equations(points: &[Vec3], labelled: &Labelled, shapes: &[Shape]) -> Vec<Normal> {
+    let parts: Vec<Vec<(i32, Normal)>> = labelled
+        .labels
+        .par_chunks(CHUNK)
+        .enumerate()
+        .map(|(c, labels)| {
+            let first = c * CHUNK;
+            let from = labelled.shares.partition_point(|s| (s.0 as usize) < first);
+            let mut shares = labelled.shares[from..].iter().peekable();
+            let mut sums: Vec<(i32, Normal)> = Vec::new();
+            let mut give = |l: i32, p: &Vec3, w: f64| {
+                let k = sums.iter().position(|s| s.0 == l).unwrap_or_else(|| {
+                    sums.push((l, Normal::default()));
+                    sums.len() - 1
+                });
+                sums[k].1.add(&shapes[l as usize], p, w);
+            };
+            for (k, &l) in labels.iter().enumerate() {
+                let i = first + k;
+                if shares.peek().is_some_and(|s| s.0 as usize == i) {
+                    for &(l, w) in shares.next().map_or(&[][..], |s| &s.1) {
+                        give(l, &points[i], w);
+                    }
+                } else if l >= 0 {
+                    give(l, &points[i], 1.0);
+                }
+            }
+            sums
         })
         .collect();
-    model.shapes = shapes;
+    let mut out = vec![Normal::default(); shapes.len()];
+    for (l, n) in parts.into_iter().flatten() {
+        out[l as usize].merge(&n);
+    }
+    out
 }
 
 /// The shape fitted to weighted points, or a simpler family nested in its own where that one's
-/// description length is less.
-fn simplest(shape: &Shape, points: &[Vec3], weights: &[f64], inverse: f64) -> Shape {
+/// description length is less. `total` is the weight of all points of which these are a sample.
+fn simplest(shape: &Shape, points: &[Vec3], weights: &[f64], total: f64, inverse: f64) -> Shape {
     let o = Options { cauchy: None, steps: 6, tolerance: 1e-7 };
-    let total: f64 = weights.iter().sum();
     let fitted = |s: &Shape, steps| {
         let f = fit(s, points, Some(weights), &Options { steps, ..o })?;
         let length = f.shape.family.description_length(total as usize);
@@ -66,14 +146,10 @@ fn nested(s: &Shape) -> Vec<Shape> {
     }
 }
 
-/// For each region its points with their weights.
-fn soft_labels(scene: &Scene, model: &Model, sigma: f64) -> Vec<Vec<(u32, f64)>> {
+/// The shares of a scene's points beside boundaries.
+pub fn shares(scene: &Scene, model: &Model, sigma: f64) -> Vec<Share> {
     let inverse = 1.0 / (sigma * sigma);
-    let mut out: Vec<Vec<(u32, f64)>> = members(&model.labels, model.shapes.len())
-        .into_iter()
-        .map(|g| g.into_iter().map(|i| (i, 1.0)).collect())
-        .collect();
-    let shared: Vec<(u32, Vec<(i32, f64)>)> = (0..scene.len())
+    (0..scene.len())
         .into_par_iter()
         .with_min_len(1024)
         .filter_map(|i| {
@@ -88,44 +164,24 @@ fn soft_labels(scene: &Scene, model: &Model, sigma: f64) -> Vec<Vec<(u32, f64)>>
             if own < 0 || near.len() < 2 {
                 return None;
             }
-            let energy: Vec<(i32, f64)> = near
+            let energies: Vec<(i32, f64)> = near
                 .iter()
                 .filter_map(|&l| {
                     let s = &model.shapes[l as usize];
-                    let r = |p: &Vec3| (s.distance(p).powi(2) * inverse).min(16.0);
-                    if r(&scene.points[i]) >= 16.0 {
+                    let sq = |p: &Vec3| s.distance(p).powi(2) * inverse;
+                    let mine = sq(&scene.points[i]);
+                    if mine > ACCEPT * ACCEPT {
                         return None;
                     }
-                    let around: f64 =
-                        scene.neighbours(i).iter().map(|&j| r(&scene.points[j as usize])).sum();
-                    Some((l, r(&scene.points[i]) + around))
+                    let around = scene
+                        .neighbours(i)
+                        .iter()
+                        .map(|&j| sq(&scene.points[j as usize]).min(ACCEPT * ACCEPT));
+                    Some((l, mine + around.sum::<f64>()))
                 })
                 .collect();
-            let least = energy.iter().map(|e| e.1).fold(f64::INFINITY, f64::min);
-            let share: Vec<(i32, f64)> =
-                energy.iter().map(|&(l, e)| (l, (-0.5 * (e - least)).exp())).collect();
-            let total: f64 = share.iter().map(|s| s.1).sum();
-            let share: Vec<_> =
-                share.into_iter().map(|(l, w)| (l, w / total)).filter(|s| s.1 > 0.01).collect();
+            let share = posterior(energies.iter().copied());
             share.iter().any(|s| s.0 != own).then_some((i as u32, share))
         })
-        .collect();
-    let mut place = vec![u32::MAX; scene.len()];
-    for g in &out {
-        for (k, &(i, _)) in g.iter().enumerate() {
-            place[i as usize] = k as u32;
-        }
-    }
-    for (i, share) in shared {
-        let own = model.labels[i as usize];
-        out[own as usize][place[i as usize] as usize].1 = 0.0;
-        for (l, w) in share {
-            if l == own {
-                out[own as usize][place[i as usize] as usize].1 = w;
-            } else {
-                out[l as usize].push((i, w));
-            }
-        }
-    }
-    out
+        .collect()
 }

@@ -10,6 +10,7 @@ mod moves;
 mod noise;
 mod scene;
 mod select;
+mod spread;
 
 mod report;
 
@@ -59,7 +60,50 @@ fn find(
     let centre = cloud.iter().sum::<Vec3>() / n as f64;
     let order = morton_order(cloud);
     let points: Vec<Vec3> = order.iter().map(|&i| cloud[i as usize] - centre).collect();
-    let mut scene = Scene::new(points);
+    let mut discovery = discover(&points, COARSE, parameters, monitor)?;
+    if n > COARSE && !enough(&points, &discovery, parameters, monitor)? {
+        discovery = discover(&points, FINE, parameters, monitor)?;
+    }
+    monitor.progress(Stage::Refine, 0.85);
+    let Discovery { scene, mut model, sigma } = discovery;
+    let labelled = label_all(&points, &scene, &model, sigma);
+    finish::finish(&points, &labelled, &mut model.shapes, sigma);
+    let (trials, merges) = (model.trials, model.merges);
+    model.labels = labelled.labels;
+    drop_tori(&mut model);
+    let mut labels = vec![-1; n];
+    for (&i, &l) in order.iter().zip(&model.labels) {
+        labels[i as usize] = l;
+    }
+    let counters =
+        Counters { trials: trials.0, failed_trials: trials.1, merges, ..Counters::default() };
+    Ok(Found { shapes: model.shapes, centre, labels, sigma, counters })
+}
+
+/// Points that surfaces are first looked for on.
+const COARSE: usize = 50_000;
+/// Points that surfaces are looked for on where the coarse sample is too thin for what is there.
+const FINE: usize = 320_000;
+/// Points of the sample that every surface must have for the sample to count as dense enough.
+const DENSE_ENOUGH: usize = 200;
+
+/// What was found on a sample.
+struct Discovery {
+    scene: Scene,
+    model: Model,
+    sigma: f64,
+}
+
+/// Finds surfaces on at most `limit` of the points, evenly along their Morton order.
+fn discover(
+    points: &[Vec3],
+    limit: usize,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<Discovery, SegmentError> {
+    let n = points.len();
+    let m = n.min(limit);
+    let mut scene = Scene::new((0..m).map(|k| points[k * n / m]).collect());
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let floor = 5e-8 * extent;
     let sigma = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(floor);
@@ -67,25 +111,42 @@ fn find(
     let mut families =
         Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor };
     monitor.progress(Stage::Grow, 0.1);
-    let mut model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
-        Model { labels: vec![-1; n], ..Model::default() }
+    let model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
+        Model { labels: vec![-1; m], ..Model::default() }
     } else {
         engine::discover(&scene, &mut families, parameters, monitor)?
     };
-    monitor.progress(Stage::Refine, 0.85);
-    finish::finish(&scene, &mut model, families.sigma);
-    drop_tori(&mut model);
-    let mut labels = vec![-1; n];
-    for (&i, &l) in order.iter().zip(&model.labels) {
-        labels[i as usize] = l;
+    Ok(Discovery { scene, model, sigma: families.sigma })
+}
+
+fn label_all(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> spread::Labelled {
+    if scene.len() == points.len() {
+        let shares = finish::shares(scene, model, sigma);
+        spread::Labelled { labels: model.labels.clone(), shares }
+    } else {
+        spread::spread(points, scene, model, sigma)
     }
-    let counters = Counters {
-        trials: model.trials.0,
-        failed_trials: model.trials.1,
-        merges: model.merges,
-        ..Counters::default()
-    };
-    Ok(Found { shapes: model.shapes, centre, labels, sigma: families.sigma, counters })
+}
+
+/// Whether a sample was dense enough for its cloud: every surface has points enough in it, and what it leaves
+/// unexplained in the whole cloud holds no further surface.
+fn enough(
+    points: &[Vec3],
+    found: &Discovery,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<bool, SegmentError> {
+    let sizes = label::members(&found.model.labels, found.model.shapes.len());
+    if sizes.iter().any(|g| g.len() < DENSE_ENOUGH) {
+        return Ok(false);
+    }
+    let labelled = spread::spread(points, &found.scene, &found.model, found.sigma);
+    let left: Vec<Vec3> =
+        points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
+    if left.len() < 64 {
+        return Ok(true);
+    }
+    engine::holds_surface(&left, found.sigma, parameters, monitor).map(|s| !s)
 }
 
 /// Tori competed for their points; they are not reported.
