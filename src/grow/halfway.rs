@@ -13,6 +13,7 @@ impl Reseed for Halfway {
         let points = region.current();
         let m = farthest_from(pool, points, marker)? + 1;
         let n = points.len() + 1;
+        // Rounding may name the marker itself; the point before it stands in.
         let middle = (m + n).div_ceil(2).min(points.len());
         Some(points[middle - 1])
     }

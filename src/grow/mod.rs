@@ -10,6 +10,8 @@ mod neighbours;
 mod pool;
 mod region;
 mod strategy;
+#[cfg(test)]
+mod tests;
 
 pub use criterion::{RcondBelow, UNTESTED};
 pub use farthest::Farthest;

@@ -7,7 +7,6 @@ mod parameters;
 mod pipeline;
 mod random;
 mod rcond;
-mod region;
 mod report;
 
 pub use monitor::{Cancelled, Monitor, Silent, Stage};

@@ -1,7 +1,4 @@
-use super::region::describe;
-use super::{
-    Cancelled, Method, Monitor, Parameters, Segmentation, Stage, Unassigned, distance, rcond,
-};
+use super::{Cancelled, Method, Monitor, Parameters, Segmentation, distance, rcond};
 use crate::geometry::PointCloud;
 use crate::grow::PoolError;
 
@@ -38,34 +35,8 @@ pub fn segment(
     if n < parameters.min_points {
         return Err(SegmentError::TooFewPoints { points: n, needed: parameters.min_points });
     }
-    let found = match parameters.method {
-        Method::Rcond => rcond::find(&cloud.points, parameters, monitor)?,
-        Method::Distance => return distance::segment(cloud, parameters, monitor),
-    };
-    monitor.progress(Stage::Report, 0.95);
-    Ok(report(cloud, parameters, found))
-}
-
-fn report(cloud: &PointCloud, parameters: &Parameters, found: rcond::Found) -> Segmentation {
-    let mut points = vec![Vec::new(); found.surfaces.len()];
-    for (point, &label) in cloud.points.iter().zip(&found.labels) {
-        if let Some(of_region) = usize::try_from(label).ok().and_then(|l| points.get_mut(l)) {
-            of_region.push(*point);
-        }
-    }
-    let regions = found
-        .surfaces
-        .iter()
-        .zip(&points)
-        .enumerate()
-        .filter_map(|(id, (surface, points))| describe(id, &surface.quadric, points))
-        .collect();
-    let count = found.labels.iter().filter(|l| **l < 0).count();
-    Segmentation {
-        parameters: parameters.clone(),
-        regions,
-        labels: found.labels,
-        unassigned: Unassigned { count, reasons: [("no_quadric", count)].into() },
-        counters: found.counters,
+    match parameters.method {
+        Method::Rcond => rcond::segment(cloud, parameters, monitor),
+        Method::Distance => distance::segment(cloud, parameters, monitor),
     }
 }

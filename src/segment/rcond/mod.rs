@@ -4,17 +4,21 @@ mod candidate;
 mod extract;
 mod merge;
 mod refine;
+mod report;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 use candidate::Candidate;
 use extract::{Extracted, extract};
 use merge::merge;
 use refine::refine;
-pub use surface::FittedSurface;
+use report::report;
+use surface::FittedSurface;
 
 use super::random::SplitMix64;
-use super::{Counters, Monitor, Parameters, SegmentError, Stage};
-use crate::geometry::{Frame, Tolerance, Vec3, recover};
+use super::{Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
+use crate::geometry::{Frame, PointCloud, Tolerance, Vec3, recover};
 use crate::grow::{Growth, Pool, RcondBelow};
 
 /// How many seed points compete for each region. The seed draws one, and asks in its last sentence what
@@ -23,20 +27,49 @@ const COMPETITORS: usize = 8;
 /// They stop early once they have grown this many times the points there are: what they could tell
 /// apart they have.
 const MOST_GROWN: usize = 2;
+/// Largest mean square residual of a region over the threshold's square: an even spread has 1/3, noise
+/// of half the threshold 1/5.
+const FULLEST: f64 = 0.25;
 
 /// The regions found, in the order they were extracted.
 #[derive(Default)]
-pub struct Found {
+struct Found {
     /// Each region's surface.
-    pub surfaces: Vec<FittedSurface>,
+    surfaces: Vec<FittedSurface>,
     /// Each point's region, -1 = none.
-    pub labels: Vec<i32>,
+    labels: Vec<i32>,
     /// How much work it was.
-    pub counters: Counters,
+    counters: Counters,
 }
 
-/// Finds regions until the points are exhausted or too many trials in a row fail.
-pub fn find(
+/// The whole method.
+///
+/// # Errors
+/// `monitor` cancelled the work, or the cloud has more points than can be indexed.
+pub fn segment(
+    cloud: &PointCloud,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<Segmentation, SegmentError> {
+    let points = &cloud.points;
+    let mut found = find(points, parameters, monitor)?;
+    monitor.check()?;
+    if parameters.merge {
+        monitor.progress(Stage::Merge, 0.8);
+        merge(&mut found, points, parameters.algebraic_threshold);
+    }
+    monitor.check()?;
+    if parameters.refine {
+        monitor.progress(Stage::Refine, 0.85);
+        refine(&mut found, points, parameters.algebraic_threshold, parameters.min_points);
+    }
+    monitor.check()?;
+    monitor.progress(Stage::Report, 0.95);
+    Ok(report(found, points, parameters))
+}
+
+/// Extracts regions until the points are exhausted or too many seed points in a row fail.
+fn find(
     points: &[Vec3],
     parameters: &Parameters,
     monitor: &dyn Monitor,
@@ -70,15 +103,6 @@ pub fn find(
             }
         }
     }
-    monitor.check()?;
-    if parameters.merge {
-        monitor.progress(Stage::Merge, 0.8);
-        merge(&mut found, points, parameters.algebraic_threshold);
-    }
-    if parameters.refine {
-        monitor.progress(Stage::Refine, 0.85);
-        refine(&mut found, points, parameters.algebraic_threshold, parameters.min_points);
-    }
     Ok(found)
 }
 
@@ -103,8 +127,9 @@ fn compete(
     (seeds, best)
 }
 
-/// Extracts the candidate's points from the cloud. `None` where they are too few, or where their
-/// surface is imaginary or a pair of crossing planes.
+/// Extracts the candidate's points from the cloud, after a look at what comes out: `None` where they
+/// are too few, where their surface is imaginary or a pair of crossing planes, and where their
+/// residuals fill the threshold evenly, as those of points that merely lie about do.
 fn extract_region(
     pool: &Pool,
     candidate: &Candidate,
@@ -113,7 +138,9 @@ fn extract_region(
     let extracted = extract(pool, candidate, parameters.algebraic_threshold)?;
     let surface = &extracted.surface;
     let real = recover(&surface.quadric, &surface.frame, Tolerance::default()).is_some();
-    (real && extracted.members.len() >= parameters.min_points).then_some(extracted)
+    let threshold = parameters.algebraic_threshold;
+    let fits = surface.mean_sq_residual() <= FULLEST * threshold * threshold;
+    (real && fits && extracted.members.len() >= parameters.min_points).then_some(extracted)
 }
 
 impl Found {

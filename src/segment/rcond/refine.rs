@@ -76,7 +76,9 @@ fn refit(found: &mut Found, points: &[Vec3], min_points: usize) -> bool {
         .zip(&members)
         .map(|(surface, members)| {
             let enough = members.len() >= min_points;
-            enough.then(|| FittedSurface::fit(members.iter().copied(), surface.first_two)).flatten()
+            enough
+                .then(|| FittedSurface::refined(members.iter().copied(), surface.first_two))
+                .flatten()
         })
         .collect();
     found.keep(fitted)

@@ -30,6 +30,19 @@ impl FittedSurface {
         Self::from_scatter(&Scatter::of(points, &frame), &frame, first_two)
     }
 
+    /// The surface of `points` by Taubin's fit, whatever the direct one says: for points that are
+    /// known to belong together.
+    pub fn refined(
+        points: impl Iterator<Item = Vec3> + Clone,
+        first_two: [Vec3; 2],
+    ) -> Option<Self> {
+        let frame = Frame::of(points.clone());
+        let scatter = Scatter::of(points, &frame);
+        let local = taubin_fit(&scatter)?;
+        let (quadric, _) = frame.world_quadric(&local).scaled();
+        Some(Self { quadric, first_two, frame, scatter })
+    }
+
     /// The surface of the points with that scatter matrix in the frame `given`.
     pub fn from_scatter(scatter: &Scatter, given: &Frame, first_two: [Vec3; 2]) -> Option<Self> {
         let frame = scatter.own_frame(given);

@@ -1,16 +1,37 @@
-use super::{Extent, Fit, Region};
+use super::Found;
 use crate::geometry::{Frame, Quadric, Recovered, Tolerance, Vec3, recover};
+use crate::segment::{Extent, Fit, Parameters, Region, Segmentation, Unassigned};
 
-/// Writes down the region `id` of `points` with its surface in world coordinates.
-///
-/// `None` for points without a frame's worth of surface: an imaginary quadric, or two
-/// intersecting planes.
-pub fn describe(id: usize, quadric: &Quadric, points: &[Vec3]) -> Option<Region> {
+/// Writes down what was found. Regions whose final surface is imaginary, or two crossing planes, are
+/// dropped.
+pub fn report(mut found: Found, points: &[Vec3], parameters: &Parameters) -> Segmentation {
+    let described: Vec<_> = found
+        .surfaces
+        .iter()
+        .zip(found.members(points))
+        .map(|(surface, members)| describe(&surface.quadric, &members))
+        .collect();
+    let kept = found.surfaces.iter().zip(&described).map(|(s, d)| d.as_ref().map(|_| *s)).collect();
+    found.keep(kept);
+    let numbered = described.into_iter().flatten().enumerate();
+    let regions = numbered.map(|(id, region)| Region { id, ..region }).collect();
+    let count = found.labels.iter().filter(|l| **l < 0).count();
+    Segmentation {
+        parameters: parameters.clone(),
+        regions,
+        labels: found.labels,
+        unassigned: Unassigned { count, reasons: [("no_quadric", count)].into() },
+        counters: found.counters,
+    }
+}
+
+/// The region of `points` with its surface in world coordinates, not numbered yet.
+fn describe(quadric: &Quadric, points: &[Vec3]) -> Option<Region> {
     let frame = Frame::of(points.iter().copied());
     let Recovered { surface_type, surface } = recover(quadric, &frame, Tolerance::default())?;
     let (scaled, coefficients_scale) = quadric.scaled();
     Some(Region {
-        id,
+        id: 0,
         surface_type,
         point_count: points.len(),
         coefficients: scaled.0,
