@@ -1,8 +1,12 @@
+use rayon::prelude::*;
+
 use super::{FittedSurface, Found};
 use crate::geometry::{Quadric, Vec3};
 
 /// After so many rounds labels that still change are taken as they are.
 const MAX_ROUNDS: usize = 20;
+/// Labels are settled when at most one point in this many changes.
+const SETTLED: usize = 1000;
 /// How far beyond its extracted points, as a share of their extent, a region may gain points.
 const REACH: f64 = 0.1;
 
@@ -11,15 +15,15 @@ const REACH: f64 = 0.1;
 /// than the noise: the threshold is some tens of sigma.
 ///
 /// Each point goes to the nearest of the surfaces that accept it (|x.a| <= t), the surfaces are
-/// fitted anew, and so on until no label changes. Regions left with fewer than `min_points` are
+/// fitted anew, and so on until next to no label changes. Regions left with fewer than `min_points` are
 /// dropped and their points settled again.
 pub fn refine(found: &mut Found, points: &[Vec3], threshold: f64, min_points: usize) {
     for _ in 0..MAX_ROUNDS {
         let labels = nearest_surfaces(found, points, threshold);
-        let changed = labels != found.labels;
+        let changed = labels.iter().zip(&found.labels).filter(|(new, old)| new != old).count();
         found.labels = labels;
         let dropped = refit(found, points, min_points);
-        if !changed && !dropped {
+        if changed * SETTLED <= points.len() && !dropped {
             break;
         }
     }
@@ -64,7 +68,7 @@ fn nearest_surfaces(found: &Found, points: &[Vec3], threshold: f64) -> Vec<i32> 
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(-1, |(_, label)| label)
     };
-    points.iter().map(nearest).collect()
+    points.par_iter().map(nearest).collect()
 }
 
 /// Fits every surface to its points; true where a region was dropped.

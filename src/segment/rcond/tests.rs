@@ -188,6 +188,21 @@ fn a_sphere_is_reported_with_its_centre_and_radius() {
 }
 
 #[test]
+fn a_surface_through_the_origin_is_found_and_scaled_to_unit_length() {
+    let points = (0..1500)
+        .map(f64::from)
+        .map(|i| {
+            let angle = std::f64::consts::TAU * (i * 0.618_034).fract();
+            Vec3::new(8.0 * (1.0 + angle.cos()), 30.0 * (i * 0.414_214).fract(), 8.0 * angle.sin())
+        })
+        .collect();
+    let result = run(points, &parameters(0));
+    let [region] = &result.regions[..] else { panic!("{} regions", result.regions.len()) };
+    assert_eq!(region.coefficients_scale, crate::geometry::Scale::Unit);
+    assert_eq!((region.surface_type, region.point_count), (SurfaceType::Cylinder, 1500));
+}
+
+#[test]
 fn a_cancelled_run_says_so() {
     struct Cancel;
     impl Monitor for Cancel {
