@@ -10,6 +10,7 @@
 mod architecture;
 mod bad_input;
 mod contract;
+mod properties;
 mod same_answer;
 mod service;
 mod support;
