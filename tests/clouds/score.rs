@@ -36,19 +36,22 @@ pub struct Score {
 
 impl fmt::Display for Score {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.surfaces == 0 {
+            return write!(f, "regions {:3}/  0 false {:.3}", self.regions, self.false_points);
+        }
         let mut sorted = self.efficiencies.clone();
         sorted.sort_by(f64::total_cmp);
-        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
-        let worst = sorted.last().copied().unwrap_or(f64::NAN);
+        let cell = |value: Option<&f64>| value.map_or("-".into(), |v| format!("{v:.2}"));
         write!(
             f,
-            "ratio {:.3} worst {:.3} regions {:3}/{:3} type_ok {:.3} eff {median:.2}/{worst:.2} \
-             false {:.3}/{:.3}",
+            "ratio {:.3} worst {:.3} regions {:3}/{:3} type_ok {:.3} eff {}/{} false {:.3}/{:.3}",
             self.ratio,
             self.worst_iou,
             self.regions,
             self.surfaces,
             self.type_ok,
+            cell(sorted.get(sorted.len() / 2)),
+            cell(sorted.last()),
             self.false_points,
             self.oracle_false
         )

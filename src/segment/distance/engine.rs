@@ -445,6 +445,10 @@ fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
     let worst = |s: &Shape, p: &[Vec3]| {
         let mut d: Vec<f64> = p.iter().map(|x| s.distance(x).abs()).collect();
         let k = d.len() / 2;
+        if d.is_empty() {
+            // a region may have lost its last points to its neighbours
+            return f64::INFINITY;
+        }
         *d.select_nth_unstable_by(k, f64::total_cmp).1
     };
     worst(a, pb).min(worst(b, pa)) < 0.1 * size && {
