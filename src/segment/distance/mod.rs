@@ -1,20 +1,25 @@
 //! The default method: hypotheses grown from local starts, chosen by description length, relabelled
 //! together, typed and fitted by orthogonal distance.
 
+mod constraints;
 mod engine;
+mod evidence;
 mod family;
 mod finish;
 mod hypothesis;
+mod joints;
 mod label;
 mod moves;
 mod noise;
+mod pieces;
+mod reasons;
+mod report;
 mod scene;
 mod select;
 mod spread;
+mod uncertainty;
+mod union;
 
-mod report;
-
-use engine::Model;
 use family::Families;
 use scene::{Scene, morton_order};
 
@@ -24,14 +29,18 @@ use crate::geometry::{PointCloud, Vec3};
 
 /// What the default method found.
 pub struct Found {
-    /// Each region's surface, relative to `centre`.
+    /// Each region's surface, relative to `centre`; tori, which are not reported, among them.
     pub shapes: Vec<Shape>,
     /// The cloud's centre.
     pub centre: Vec3,
     /// Each point's region, -1 = none.
     pub labels: Vec<i32>,
     /// The noise's standard deviation, as estimated or given.
-    pub sigma: f64,
+    pub noise: f64,
+    /// The points that surfaces were looked for on, relative to `centre`, with their neighbours.
+    pub scene: Scene,
+    /// Each scene point's place in the cloud.
+    pub order: Vec<u32>,
     /// How much work it was.
     pub counters: Counters,
 }
@@ -65,19 +74,19 @@ fn find(
         discovery = discover(&points, FINE, parameters, monitor)?;
     }
     monitor.progress(Stage::Refine, 0.85);
-    let Discovery { scene, mut model, sigma } = discovery;
+    let Discovery { scene, mut model, sigma, noise } = discovery;
     let labelled = label_all(&points, &scene, &model, sigma);
     finish::finish(&points, &labelled, &mut model.shapes, sigma);
     let (trials, merges) = (model.trials, model.merges);
-    model.labels = labelled.labels;
-    drop_tori(&mut model);
     let mut labels = vec![-1; n];
-    for (&i, &l) in order.iter().zip(&model.labels) {
+    for (&i, &l) in order.iter().zip(&labelled.labels) {
         labels[i as usize] = l;
     }
     let counters =
         Counters { trials: trials.0, failed_trials: trials.1, merges, ..Counters::default() };
-    Ok(Found { shapes: model.shapes, centre, labels, sigma, counters })
+    let m = scene.len();
+    let order = (0..m).map(|k| order[k * n / m]).collect();
+    Ok(Found { shapes: model.shapes, centre, labels, noise, scene, order, counters })
 }
 
 /// Points that surfaces are first looked for on.
@@ -91,7 +100,9 @@ const DENSE_ENOUGH: usize = 200;
 struct Discovery {
     scene: Scene,
     model: Model,
+    /// Scatter about the surfaces that was reckoned with: noise, and form error where it is allowed.
     sigma: f64,
+    noise: f64,
 }
 
 /// Finds surfaces on at most `limit` of the points, evenly along their Morton order.
@@ -105,8 +116,12 @@ fn discover(
     let m = n.min(limit);
     let mut scene = Scene::new((0..m).map(|k| points[k * n / m]).collect());
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
-    let floor = 5e-8 * extent;
-    let sigma = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(floor);
+    let rounding = 5e-8 * extent;
+    let noise = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(rounding);
+    // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
+    let form = parameters.tolerance.map_or(0.0, |t| t / label::ACCEPT);
+    let sigma = noise.max(form);
+    let floor = if parameters.noise_sigma.is_some() { sigma } else { form.max(rounding) };
     scene.sharpen_normals(sigma);
     let mut families =
         Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor };
@@ -116,7 +131,8 @@ fn discover(
     } else {
         engine::discover(&scene, &mut families, parameters, monitor)?
     };
-    Ok(Discovery { scene, model, sigma: families.sigma })
+    let sigma = families.sigma;
+    Ok(Discovery { scene, model, sigma, noise: if form > noise { noise } else { sigma } })
 }
 
 fn label_all(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> spread::Labelled {
@@ -147,15 +163,4 @@ fn enough(
         return Ok(true);
     }
     engine::holds_surface(&left, found.sigma, parameters, monitor).map(|s| !s)
-}
-
-/// Tori competed for their points; they are not reported.
-fn drop_tori(model: &mut Model) {
-    let keep: Vec<bool> = model.shapes.iter().map(|s| s.family != Family::Torus).collect();
-    for l in &mut model.labels {
-        if *l >= 0 && !keep[*l as usize] {
-            *l = -1;
-        }
-    }
-    engine::retain(model, &keep);
 }

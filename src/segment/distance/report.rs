@@ -1,58 +1,129 @@
 //! Writing down what was found.
 
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
 use super::Found;
+use super::constraints::{Candidate, enforce};
+use super::evidence::evidence;
+use super::joints::{Joint, Known, Scale, joints};
+use super::label::members;
+use super::reasons::{Reason, explain};
+use super::uncertainty::Uncertainty;
 use crate::fit::Shape;
 use crate::geometry::{PointCloud, Vec3};
-use crate::segment::{Extent, Fit, Parameters, Region, Segmentation, Unassigned};
+use crate::segment::{Extent, Fit, Neighbour, Parameters, Region, Segmentation, Unassigned};
 
-/// The regions in the contract's terms, in world coordinates.
+/// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
 pub fn report(cloud: &PointCloud, parameters: &Parameters, found: Found) -> Segmentation {
-    let mut points = vec![Vec::new(); found.shapes.len()];
-    for (p, &l) in cloud.points.iter().zip(&found.labels) {
-        if l >= 0 {
-            points[l as usize].push(p - found.centre);
-        }
+    let points: Vec<Vec3> = cloud.points.iter().map(|p| p - found.centre).collect();
+    let unlabelled: Vec<Vec3> =
+        (found.labels.iter().zip(&points)).filter(|(l, _)| **l < 0).map(|(_, p)| *p).collect();
+    let (kept, mut reasons) = enforce(&points, candidates(&found), parameters);
+    let density = points.len() as f64 / found.scene.len() as f64;
+    let spacing = found.scene.spacing / density.sqrt();
+    for (reason, n) in explain(&unlabelled, spacing, parameters.min_points) {
+        *reasons.entry(reason).or_insert(0) += n;
     }
-    let regions = found
-        .shapes
-        .iter()
-        .zip(&points)
-        .enumerate()
-        .filter_map(|(id, (shape, points))| region(id, shape, points, &found.centre))
-        .collect();
-    let count = found.labels.iter().filter(|l| **l < 0).count();
-    let mut parameters = parameters.clone();
-    parameters.noise_sigma = Some(found.sigma);
-    parameters.tolerance = Some(parameters.tolerance.unwrap_or(4.0 * found.sigma));
+    let labels = labels(&kept, points.len());
+    let known: Vec<Known> = kept.into_par_iter().map(|c| Known::of(c, &points, &found)).collect();
+    let joints = touching(&known, &labels, &found, density);
+    let regions =
+        known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
     Segmentation {
-        parameters,
-        regions,
-        labels: found.labels,
-        unassigned: Unassigned { count, reasons: [("no_quadric", count)].into() },
+        regions: regions.collect(),
+        unassigned: unassigned(&labels, reasons),
+        labels,
+        parameters: resolved(parameters, &found),
         counters: found.counters,
     }
 }
 
-fn region(id: usize, shape: &Shape, points: &[Vec3], centre: &Vec3) -> Option<Region> {
-    let world = shape.translated(centre);
-    let surface = world.surface()?;
-    let (coefficients, coefficients_scale) = surface.quadric().scaled();
-    Some(Region {
-        id,
-        surface_type: surface.surface_type(),
-        point_count: points.len(),
-        coefficients: coefficients.0,
-        coefficients_scale,
-        surface: Some(surface),
-        uncertainty: None,
-        fit: fit_of(shape, points),
-        evidence: None,
-        extent: extent_of(points, centre),
-        neighbours: Vec::new(),
-    })
+fn candidates(found: &Found) -> Vec<Candidate> {
+    let groups = members(&found.labels, found.shapes.len());
+    let candidate = |(&shape, members)| Candidate { shape, members, rejected: 0 };
+    found.shapes.iter().zip(groups).map(candidate).collect()
 }
 
-fn fit_of(shape: &Shape, points: &[Vec3]) -> Fit {
+fn labels(kept: &[Candidate], n: usize) -> Vec<i32> {
+    let mut labels = vec![-1; n];
+    for (id, candidate) in kept.iter().enumerate() {
+        candidate.members.iter().for_each(|&i| labels[i as usize] = id as i32);
+    }
+    labels
+}
+
+fn unassigned(labels: &[i32], reasons: BTreeMap<Reason, usize>) -> Unassigned {
+    let count = labels.iter().filter(|l| **l < 0).count();
+    let named = reasons.into_iter().filter(|(_, n)| *n > 0).map(|(r, n)| (r.name(), n));
+    Unassigned { count, reasons: named.collect() }
+}
+
+fn resolved(parameters: &Parameters, found: &Found) -> Parameters {
+    let noise_sigma = parameters.noise_sigma.unwrap_or(found.noise);
+    Parameters {
+        noise_sigma: Some(noise_sigma),
+        tolerance: Some(parameters.tolerance.unwrap_or(4.0 * noise_sigma)),
+        ..parameters.clone()
+    }
+}
+
+fn touching(known: &[Known], labels: &[i32], found: &Found, density: f64) -> Vec<Joint> {
+    let of_scene: Vec<i32> = found.order.iter().map(|&i| labels[i as usize]).collect();
+    joints(&found.scene, &of_scene, known, &Scale { sigma: found.noise, density })
+}
+
+impl Known {
+    fn of(candidate: Candidate, points: &[Vec3], found: &Found) -> Self {
+        let points: Vec<Vec3> = candidate.members.iter().map(|&i| points[i as usize]).collect();
+        let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
+        let shape = candidate.shape.recentred(&centroid);
+        let fit = fit_of(&shape, &points, candidate.rejected);
+        // The points' scatter about their surface tells its form error too.
+        let freedom = points.len().saturating_sub(shape.family.dof()).max(1) as f64;
+        let sigma = found.noise.max(fit.rms * (points.len() as f64 / freedom).sqrt());
+        Self {
+            uncertainty: Uncertainty::of(&shape, &points, sigma),
+            evidence: evidence(&shape, &points, sigma),
+            extent: extent_of(&points, &found.centre),
+            shape,
+            fit,
+        }
+    }
+
+    fn region(&self, id: usize, centre: &Vec3, joints: &[Joint]) -> Option<Region> {
+        let surface = self.shape.translated(centre).surface()?;
+        let (coefficients, coefficients_scale) = surface.quadric().scaled();
+        Some(Region {
+            id,
+            surface_type: surface.surface_type(),
+            point_count: self.fit.used,
+            coefficients: coefficients.0,
+            coefficients_scale,
+            surface: Some(surface),
+            uncertainty: self.uncertainty.as_ref().map(Uncertainty::to_json),
+            fit: self.fit,
+            evidence: self.evidence,
+            extent: self.extent,
+            neighbours: joints.iter().filter_map(|j| neighbour(j, id)).collect(),
+        })
+    }
+}
+
+fn neighbour(joint: &Joint, id: usize) -> Option<Neighbour> {
+    let [a, b] = joint.regions;
+    let region = if a == id {
+        b
+    } else if b == id {
+        a
+    } else {
+        return None;
+    };
+    Some(Neighbour { region, continuity: joint.continuity, resolution: joint.resolution })
+}
+
+fn fit_of(shape: &Shape, points: &[Vec3], rejected: usize) -> Fit {
     let (mut sum, mut max) = (0.0, 0.0_f64);
     for p in points {
         let d = shape.distance(p).abs();
@@ -60,7 +131,7 @@ fn fit_of(shape: &Shape, points: &[Vec3]) -> Fit {
         max = max.max(d);
     }
     let rms = (sum / points.len().max(1) as f64).sqrt();
-    Fit { rms, max, used: points.len(), rejected: 0 }
+    Fit { rms, max, used: points.len(), rejected }
 }
 
 fn extent_of(points: &[Vec3], centre: &Vec3) -> Option<Extent> {

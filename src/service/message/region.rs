@@ -82,10 +82,22 @@ fn deviations(uncertainty: &Value) -> Vec<v1::Deviation> {
         .map(|(parameter, value)| {
             let mut values = Vec::new();
             numbers(value, &mut values);
-            let note = value.as_str().unwrap_or_default().to_owned();
+            let note = words(value);
             v1::Deviation { parameter: parameter.clone(), values, note }
         })
         .collect()
+}
+
+/// Words and truth values as text, lists of them with commas.
+fn words(value: &Value) -> String {
+    match value {
+        Value::String(word) => word.clone(),
+        Value::Bool(truth) => truth.to_string(),
+        Value::Array(items) if items.iter().all(Value::is_string) => {
+            items.iter().map(words).collect::<Vec<_>>().join(",")
+        }
+        _ => String::new(),
+    }
 }
 
 fn numbers(value: &Value, into: &mut Vec<f64>) {
@@ -137,10 +149,13 @@ mod tests {
     #[test]
     fn an_uncertainty_keeps_its_numbers_and_its_words() {
         let rows =
-            deviations(&json!({"radius": 0.5, "covariance": [[1, 2], [3, 4]], "apex": "far"}));
+            deviations(&json!({"radius": 0.5, "covariance": [[1, 2], [3, 4]], "apex": "far",
+                "identifiable": false, "covariance_of": ["apex", "radius"]}));
         let row = |name: &str| rows.iter().find(|row| row.parameter == name).unwrap();
         assert_eq!(row("radius").values, [0.5]);
         assert_eq!(row("covariance").values, [1.0, 2.0, 3.0, 4.0]);
         assert_eq!(row("apex").note, "far");
+        assert_eq!(row("identifiable").note, "false");
+        assert_eq!(row("covariance_of").note, "apex,radius");
     }
 }
