@@ -10,6 +10,8 @@
 mod architecture;
 mod bad_input;
 mod contract;
+mod joints;
+mod parameters;
 mod properties;
 mod same_answer;
 mod service;

@@ -1,6 +1,8 @@
 //! A service of its own for each test, clients for it, and small clouds.
 
 pub mod clouds;
+#[path = "../../clouds/mod.rs"]
+pub mod truth;
 
 use std::{io::Write, path::Path, sync::Arc};
 
