@@ -20,6 +20,7 @@ mod spread;
 mod uncertainty;
 mod union;
 
+use engine::Model;
 use family::Families;
 use scene::{Scene, morton_order};
 
