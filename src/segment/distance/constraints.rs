@@ -16,7 +16,7 @@ use crate::segment::Parameters;
 pub struct Candidate {
     /// The surface, relative to the cloud's centre.
     pub shape: Shape,
-    /// Its points' places in the cloud, rising.
+    /// The places of its points, rising.
     pub members: Vec<u32>,
     /// Points taken from it because they lie beyond the tolerance.
     pub rejected: usize,

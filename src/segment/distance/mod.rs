@@ -30,18 +30,20 @@ use crate::geometry::{PointCloud, Vec3};
 
 /// What the default method found.
 pub struct Found {
-    /// Each region's surface, relative to `centre`; tori, which are not reported, among them.
-    pub shapes: Vec<Shape>,
+    /// The cloud's points relative to `centre`, in Morton order.
+    pub points: Vec<Vec3>,
     /// The cloud's centre.
     pub centre: Vec3,
+    /// Each point's place in the cloud.
+    pub order: Vec<u32>,
+    /// Each region's surface, relative to `centre`; tori, which are not reported, among them.
+    pub shapes: Vec<Shape>,
     /// Each point's region, -1 = none.
     pub labels: Vec<i32>,
     /// The noise's standard deviation, as estimated or given.
     pub noise: f64,
-    /// The points that surfaces were looked for on, relative to `centre`, with their neighbours.
+    /// The points that surfaces were looked for on, taken evenly from `points`: see [`place`].
     pub scene: Scene,
-    /// Each scene point's place in the cloud.
-    pub order: Vec<u32>,
     /// How much work it was.
     pub counters: Counters,
 }
@@ -57,7 +59,7 @@ pub fn segment(
 ) -> Result<Segmentation, SegmentError> {
     let found = find(&cloud.points, parameters, monitor)?;
     monitor.progress(Stage::Report, 0.95);
-    Ok(report::report(cloud, parameters, found))
+    Ok(report::report(parameters, found))
 }
 
 fn find(
@@ -79,15 +81,15 @@ fn find(
     let labelled = label_all(&points, &scene, &model, sigma);
     finish::finish(&points, &labelled, &mut model.shapes, sigma);
     let (trials, merges) = (model.trials, model.merges);
-    let mut labels = vec![-1; n];
-    for (&i, &l) in order.iter().zip(&labelled.labels) {
-        labels[i as usize] = l;
-    }
     let counters =
         Counters { trials: trials.0, failed_trials: trials.1, merges, ..Counters::default() };
-    let m = scene.len();
-    let order = (0..m).map(|k| order[k * n / m]).collect();
-    Ok(Found { shapes: model.shapes, centre, labels, noise, scene, order, counters })
+    let (shapes, labels) = (model.shapes, labelled.labels);
+    Ok(Found { points, centre, order, shapes, labels, noise, scene, counters })
+}
+
+/// The place among `n` points of the `k`-th of `m` taken evenly.
+fn place(k: usize, m: usize, n: usize) -> usize {
+    k * n / m
 }
 
 /// Points that surfaces are first looked for on.
@@ -115,7 +117,7 @@ fn discover(
 ) -> Result<Discovery, SegmentError> {
     let n = points.len();
     let m = n.min(limit);
-    let mut scene = Scene::new((0..m).map(|k| points[k * n / m]).collect());
+    let mut scene = Scene::new((0..m).map(|k| points[place(k, m, n)]).collect());
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let rounding = 5e-8 * extent;
     let noise = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(rounding);

@@ -4,40 +4,48 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::Found;
 use super::constraints::{Candidate, enforce};
 use super::evidence::evidence;
 use super::joints::{Joint, Known, Scale, joints};
 use super::label::members;
 use super::reasons::{Reason, explain};
 use super::uncertainty::Uncertainty;
+use super::{Found, place};
 use crate::fit::Shape;
-use crate::geometry::{PointCloud, Vec3};
+use crate::geometry::Vec3;
 use crate::segment::{Extent, Fit, Neighbour, Parameters, Region, Segmentation, Unassigned};
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
-pub fn report(cloud: &PointCloud, parameters: &Parameters, found: Found) -> Segmentation {
-    let points: Vec<Vec3> = cloud.points.iter().map(|p| p - found.centre).collect();
+pub fn report(parameters: &Parameters, found: Found) -> Segmentation {
+    let points = &found.points;
     let unlabelled: Vec<Vec3> =
-        (found.labels.iter().zip(&points)).filter(|(l, _)| **l < 0).map(|(_, p)| *p).collect();
-    let (kept, mut reasons) = enforce(&points, candidates(&found), parameters);
+        found.labels.iter().zip(points).filter(|(l, _)| **l < 0).map(|(_, p)| *p).collect();
+    let (kept, mut reasons) = enforce(points, candidates(&found), parameters);
     let density = points.len() as f64 / found.scene.len() as f64;
     let spacing = found.scene.spacing / density.sqrt();
     for (reason, n) in explain(&unlabelled, spacing, parameters.min_points) {
         *reasons.entry(reason).or_insert(0) += n;
     }
     let labels = labels(&kept, points.len());
-    let known: Vec<Known> = kept.into_par_iter().map(|c| Known::of(c, &points, &found)).collect();
+    let known: Vec<Known> = kept.into_par_iter().map(|c| Known::of(&c, &found)).collect();
     let joints = touching(&known, &labels, &found, density);
     let regions =
         known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
     Segmentation {
         regions: regions.collect(),
         unassigned: unassigned(&labels, reasons),
-        labels,
+        labels: in_cloud_order(&labels, &found.order),
         parameters: resolved(parameters, &found),
         counters: found.counters,
     }
+}
+
+fn in_cloud_order(labels: &[i32], order: &[u32]) -> Vec<i32> {
+    let mut out = vec![-1; labels.len()];
+    for (&label, &place) in labels.iter().zip(order) {
+        out[place as usize] = label;
+    }
+    out
 }
 
 fn candidates(found: &Found) -> Vec<Candidate> {
@@ -70,13 +78,15 @@ fn resolved(parameters: &Parameters, found: &Found) -> Parameters {
 }
 
 fn touching(known: &[Known], labels: &[i32], found: &Found, density: f64) -> Vec<Joint> {
-    let of_scene: Vec<i32> = found.order.iter().map(|&i| labels[i as usize]).collect();
+    let (m, n) = (found.scene.len(), labels.len());
+    let of_scene: Vec<i32> = (0..m).map(|k| labels[place(k, m, n)]).collect();
     joints(&found.scene, &of_scene, known, &Scale { sigma: found.noise, density })
 }
 
 impl Known {
-    fn of(candidate: Candidate, points: &[Vec3], found: &Found) -> Self {
-        let points: Vec<Vec3> = candidate.members.iter().map(|&i| points[i as usize]).collect();
+    fn of(candidate: &Candidate, found: &Found) -> Self {
+        let points: Vec<Vec3> =
+            candidate.members.iter().map(|&i| found.points[i as usize]).collect();
         let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
         let shape = candidate.shape.recentred(&centroid);
         let fit = fit_of(&shape, &points, candidate.rejected);

@@ -8,7 +8,7 @@ use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 
 /// Points of a region whose derivatives are summed; of more, every n-th stands for the rest.
-const SAMPLE: usize = 20_000;
+const SAMPLE: usize = 6_000;
 /// A size whose standard deviation is over this share of its value cannot be told from zero or from
 /// infinity; so cannot an angle of this many radians.
 const IDENTIFIABLE: f64 = 1.0 / 3.0;
