@@ -1,7 +1,5 @@
 //! Orthogonal-distance least squares by Levenberg and Marquardt.
 
-use nalgebra::DMatrix;
-
 use super::shape::{MAX_DOF, Shape};
 use crate::geometry::Vec3;
 
@@ -215,28 +213,4 @@ pub fn fit(start: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options)
     }
     let mean_sq = least / normal.weight.max(1e-300);
     mean_sq.is_finite().then_some(Fitted { shape, mean_sq })
-}
-
-/// Combinations of freedoms that the points tell worse than this share of the best count as known that
-/// badly, so that variances are large there and yet finite.
-const LEAST_INFORMATION: f64 = 1e-13;
-
-/// Covariance of the degrees of freedom, sigma2 (J'J)^-1, in the order of
-/// [`Shape::distance_jacobian`]; very large, and finite, where the points do not determine them.
-pub fn covariance(shape: &Shape, points: &[Vec3], sigma: f64) -> DMatrix<f64> {
-    let p = shape.family.dof();
-    let n = linearise(shape, points, None, &Options { cauchy: None, steps: 0, tolerance: 0.0 });
-    let information = DMatrix::from_fn(p, p, |a, b| n.jj[a.max(b)][a.min(b)]);
-    inverse(&information) * (sigma * sigma)
-}
-
-/// Inverse of a symmetric matrix scaled to a unit diagonal, small eigenvalues raised.
-fn inverse(a: &DMatrix<f64>) -> DMatrix<f64> {
-    let top = a.diagonal().max().max(1e-300);
-    let scale = a.diagonal().map(|d| 1.0 / d.max(1e-30 * top).sqrt());
-    let scaled = |m: &DMatrix<f64>| m.map_with_location(|i, j, v| v * scale[i] * scale[j]);
-    let e = scaled(a).symmetric_eigen();
-    let reciprocal = e.eigenvalues.map(|l| 1.0 / l.max(LEAST_INFORMATION));
-    let diagonal = DMatrix::from_diagonal(&reciprocal);
-    scaled(&(&e.eigenvectors * diagonal * e.eigenvectors.transpose()))
 }

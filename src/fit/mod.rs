@@ -1,7 +1,10 @@
 //! Fits: the scatter matrix, its condition and the seed's direct fit; starts without iteration,
 //! orthogonal-distance least squares and their uncertainty.
 
+mod covariance;
 mod direct;
+#[cfg(test)]
+mod fits;
 pub mod least_squares;
 mod rcond;
 mod scatter;
@@ -10,6 +13,7 @@ mod shape;
 pub mod starts;
 mod taubin;
 
+pub use covariance::Spread;
 pub use direct::{direct_fit, direct_fit_through};
 pub use rcond::Condition;
 pub use scatter::{Matrix10, Scatter, Vector10, features};

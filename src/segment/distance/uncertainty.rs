@@ -3,8 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Map, Value, json};
 
-use crate::fit::least_squares;
-use crate::fit::{Family, Shape};
+use crate::fit::{Family, Shape, Spread};
 use crate::geometry::Vec3;
 
 /// Points of a region whose derivatives are summed; of more, every n-th stands for the rest.
@@ -16,8 +15,8 @@ const IDENTIFIABLE: f64 = 1.0 / 3.0;
 /// Standard deviations of the engineering parameters of a surface.
 ///
 /// A point of an axis or plane is the one beside the points' centroid, so its deviation along the axis or
-/// in the plane is zero. They are the propagated sigma2 (J'J)^-1 of an orthogonal-distance fit to the region's points, J the
-/// derivatives of the distances by the surface's degrees of freedom.
+/// in the plane is zero. They are propagated from the covariance of an orthogonal-distance fit to
+/// the region's points: see [`Spread::covariance`].
 pub struct Uncertainty {
     /// The engineering parameters, by name, with the width of each in `covariance`.
     names: Vec<(&'static str, usize)>,
@@ -41,7 +40,7 @@ impl Uncertainty {
         let stride = points.len().div_ceil(SAMPLE);
         let sample: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
         let share = points.len() as f64 / sample.len() as f64;
-        let of_freedoms = least_squares::covariance(shape, &sample, sigma / share.sqrt());
+        let of_freedoms = Spread::of(shape, &sample).covariance(sigma, share);
         let names = names(shape.family)?;
         let columns: Vec<_> = motions(shape).iter().map(|m| m.parameters(shape)).collect();
         let change = DMatrix::from_columns(&columns);
