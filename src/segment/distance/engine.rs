@@ -444,9 +444,6 @@ fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
     let size = reach(pa).max(reach(pb));
     let worst = |s: &Shape, p: &[Vec3]| {
         let mut d: Vec<f64> = p.iter().map(|x| s.distance(x).abs()).collect();
-        if d.is_empty() {
-            return f64::INFINITY;
-        }
         let k = d.len() / 2;
         if d.is_empty() {
             // a region may have lost its last points to its neighbours
