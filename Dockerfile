@@ -14,5 +14,6 @@ COPY --from=build /build/target/release/conicoid /usr/local/bin/conicoid
 USER 10001
 ENV CONICOID_HTTP=0.0.0.0:8080 CONICOID_GRPC=0.0.0.0:50051 CONICOID_ADMIN=0.0.0.0:9090
 EXPOSE 8080 50051 9090
+HEALTHCHECK --interval=10s --timeout=3s CMD ["conicoid", "health"]
 ENTRYPOINT ["conicoid"]
 CMD ["serve"]

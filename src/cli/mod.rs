@@ -1,20 +1,32 @@
-//! The command line: `serve`, `segment` and `openapi`.
+//! The command line: `serve`, `segment`, `openapi`, `key` and `health`.
 
+mod file;
+mod health;
+mod key;
 mod logging;
+mod measure;
 mod segment;
 mod serve;
 mod settings;
+mod tls;
 
-use std::process::ExitCode;
+use std::{ffi::OsString, process::ExitCode};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
+pub use file::FileError;
 pub use serve::{Addresses, ServeError, Server};
 pub use settings::{LogFormat, Settings};
+pub use tls::TlsError;
 
 /// Finds the quadric surfaces in 3D point clouds, as a service or for one file.
 #[derive(Debug, Parser)]
-#[command(name = "conicoid", version, args_conflicts_with_subcommands = true)]
+#[command(
+    name = "conicoid",
+    version,
+    args_conflicts_with_subcommands = true,
+    args_override_self = true
+)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -30,27 +42,51 @@ enum Command {
     Segment(Box<segment::SegmentArgs>),
     /// Print the OpenAPI document of the HTTP interface
     Openapi,
+    /// Make an API key and its line of the key file
+    Key {
+        /// The name of the key
+        name: String,
+    },
+    /// Ask a running service whether it is ready
+    Health(health::HealthArgs),
+}
+
+type AnyError = Box<dyn std::error::Error + Send + Sync>;
+
+/// The settings that `args`, the environment and the settings file give.
+///
+/// # Errors
+/// The settings file is not usable, or a setting is wrong.
+pub fn settings(args: &[OsString]) -> Result<Settings, Box<dyn std::error::Error + Send + Sync>> {
+    Ok(parse(args)?.settings)
+}
+
+fn parse(args: &[OsString]) -> Result<Cli, AnyError> {
+    let command = file::with_settings_file(Cli::command(), args)?;
+    Ok(Cli::from_arg_matches(&command.try_get_matches_from(args)?)?)
 }
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let done = match cli.command {
+    let args: Vec<_> = std::env::args_os().collect();
+    let done = parse(&args).and_then(|cli| match cli.command {
         None => serve::run(&cli.settings),
         Some(Command::Serve(settings)) => serve::run(&settings),
         Some(Command::Segment(args)) => segment::run(&args),
         Some(Command::Openapi) => print_openapi(),
-    };
-    match done {
+        Some(Command::Key { name }) => key::run(&name),
+        Some(Command::Health(args)) => health::run(&args),
+    });
+    match done.map_err(|error| error.downcast::<clap::Error>()) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
+        // help and version come this way too
+        Err(Ok(error)) => error.exit(),
+        Err(Err(error)) => {
             eprintln!("conicoid: {error}");
             ExitCode::FAILURE
         }
     }
 }
-
-type AnyError = Box<dyn std::error::Error + Send + Sync>;
 
 fn print_openapi() -> Result<(), AnyError> {
     println!("{}", crate::http::openapi().to_pretty_json()?);

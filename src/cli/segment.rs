@@ -98,12 +98,11 @@ pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
     let mut request = args.request.0.clone();
     if request.format.is_none() {
         let extension = args.cloud.extension().and_then(|e| e.to_str());
-        request.format = extension.and_then(Format::from_extension);
+        request.set_format(extension.and_then(Format::from_extension));
     }
     let bytes = read(&args.cloud)?;
     let document = segment(&bytes, &request, args.max_points)?;
-    let shown = if request.labels { document } else { document.without_labels() };
-    write(args.output.as_deref(), &shown)
+    write(args.output.as_deref(), &document.shown(request.labels))
 }
 
 fn is_dash(path: &Path) -> bool {
@@ -127,7 +126,7 @@ fn segment(bytes: &[u8], request: &Request, max_points: usize) -> Result<Documen
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    Ok(done?)
+    Ok(done?.document)
 }
 
 /// A bar on the terminal that follows the run from a thread of its own.

@@ -1,10 +1,17 @@
 use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 
 use tokio::{net::TcpListener, signal, task::JoinSet};
+use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 
-use super::{AnyError, Settings, logging};
-use crate::{grpc, http, service::Service};
+use super::{AnyError, Settings, TlsError, logging, measure, tls};
+use crate::{
+    grpc, http,
+    service::{Keys, KeysError, Service, StartError},
+};
+
+/// Expired jobs are looked for this often; nobody sees one in between.
+const EXPIRY_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Why the service does not start.
 #[derive(Debug, thiserror::Error)]
@@ -19,9 +26,26 @@ pub enum ServeError {
         /// Why.
         error: io::Error,
     },
-    /// The system gives no threads.
-    #[error("cannot start the threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// Anybody could call from elsewhere.
+    #[error(
+        "{setting} = {address} listens beyond this machine and nobody is asked who they are: set keys \
+         or client_ca, or allow it with --allow-anonymous"
+    )]
+    Anonymous {
+        /// The setting.
+        setting: &'static str,
+        /// The address.
+        address: SocketAddr,
+    },
+    /// The key file is not usable.
+    #[error(transparent)]
+    Keys(#[from] KeysError),
+    /// The certificates are not usable.
+    #[error(transparent)]
+    Tls(#[from] TlsError),
+    /// The threads or the store.
+    #[error(transparent)]
+    Start(#[from] StartError),
     /// The built-in gRPC descriptor is damaged.
     #[error("cannot read the gRPC descriptor: {0}")]
     Reflection(#[from] tonic_reflection::server::Error),
@@ -39,8 +63,8 @@ pub struct Addresses {
 }
 
 /// A service that has its listeners and is ready to run.
-#[derive(Debug)]
 pub struct Server {
+    tls: Option<(TlsAcceptor, TlsAcceptor)>,
     service: Arc<Service>,
     settings: Settings,
     http: TcpListener,
@@ -52,10 +76,14 @@ impl Server {
     /// Takes the addresses and starts the threads.
     ///
     /// # Errors
-    /// An address is taken or not this machine's, or the system gives no threads.
+    /// A setting cannot be used: an address is taken or open to strangers, a file is missing or wrong,
+    /// or the system gives no threads.
     pub async fn bind(settings: Settings) -> Result<Self, ServeError> {
+        check_access(&settings)?;
+        let keys = settings.keys.as_deref().map(Keys::open).transpose()?;
         Ok(Self {
-            service: Service::new(settings.service())?,
+            tls: tls::acceptors(&settings)?,
+            service: Service::new(settings.service(), keys)?,
             http: listen("http", settings.http).await?,
             grpc: listen("grpc", settings.grpc).await?,
             admin: listen("admin", settings.admin).await?,
@@ -86,27 +114,57 @@ impl Server {
     /// # Errors
     /// The built-in gRPC descriptor is damaged.
     pub async fn run(self, stop: CancellationToken) -> Result<(), ServeError> {
-        let routes = http::router(Arc::clone(&self.service), self.settings.http());
-        let (calls, health) = grpc::router(self.service, self.settings.grpc()).await?;
+        let service = self.service;
+        let metrics = measure::start(Arc::clone(&service));
+        let routes = http::router(Arc::clone(&service), self.settings.http());
+        let (calls, health) = grpc::router(Arc::clone(&service), self.settings.grpc()).await?;
+        let (http_tls, grpc_tls) = self.tls.unzip();
         // the operators' listener outlives the drain, so that it can tell of it
         let ended = CancellationToken::new();
-        let admin = http::serve(self.admin, http::admin_router(stop.clone()), None, ended.clone());
+        let admin =
+            http::serve(self.admin, http::admin_router(stop.clone(), metrics), None, ended.clone());
         let admin = tokio::spawn(admin);
         let mut listeners = JoinSet::new();
-        listeners.spawn(http::serve(self.http, routes, None, stop.clone()));
-        listeners.spawn(http::serve(self.grpc, calls, None, stop.clone()));
+        listeners.spawn(http::serve(self.http, routes, http_tls, stop.clone()));
+        listeners.spawn(http::serve(self.grpc, calls, grpc_tls, stop.clone()));
+        let expiry = tokio::spawn(expire(Arc::clone(&service)));
         stop.cancelled().await;
         tracing::info!("draining");
         health.set_service_status("", tonic_health::ServingStatus::NotServing).await;
-        drain(listeners, self.settings.drain_deadline).await;
+        drain(listeners, &service, self.settings.drain_deadline).await;
+        expiry.abort();
         ended.cancel();
         let _ = tokio::time::timeout(Duration::from_secs(1), admin).await;
         Ok(())
     }
 }
 
-async fn drain(mut listeners: JoinSet<()>, deadline: Duration) {
-    let all = async { while listeners.join_next().await.is_some() {} };
+/// Refuses to listen beyond this machine where nobody is asked who they are.
+fn check_access(settings: &Settings) -> Result<(), ServeError> {
+    let asked = settings.keys.is_some() || settings.client_ca.is_some();
+    if asked || settings.allow_anonymous {
+        return Ok(());
+    }
+    let open = [("http", settings.http), ("grpc", settings.grpc)];
+    let open = open.into_iter().find(|(_, address)| !address.ip().is_loopback());
+    open.map_or(Ok(()), |(setting, address)| Err(ServeError::Anonymous { setting, address }))
+}
+
+/// Forgets expired jobs from time to time.
+async fn expire(service: Arc<Service>) {
+    let mut time = tokio::time::interval(EXPIRY_INTERVAL);
+    loop {
+        time.tick().await;
+        service.book().expire().await;
+    }
+}
+
+/// Waits for the requests under way, and for the jobs that would be lost with the process.
+async fn drain(mut listeners: JoinSet<()>, service: &Service, deadline: Duration) {
+    let all = async {
+        while listeners.join_next().await.is_some() {}
+        service.book().drain().await;
+    };
     if tokio::time::timeout(deadline, all).await.is_err() {
         tracing::warn!("the drain deadline passed with requests under way");
     }
@@ -124,7 +182,8 @@ pub fn run(settings: &Settings) -> Result<(), AnyError> {
     runtime.block_on(async {
         let server = Server::bind(settings.clone()).await?;
         let Addresses { http, grpc, admin } = server.addresses()?;
-        println!("http://{http}\ngrpc://{grpc}\nadmin://{admin}");
+        let s = if settings.tls_cert.is_some() { "s" } else { "" };
+        println!("http{s}://{http}\ngrpc{s}://{grpc}\nadmin://{admin}");
         let stop = CancellationToken::new();
         tokio::spawn(stop_on_signal(stop.clone()));
         Ok(server.run(stop).await?)

@@ -1,21 +1,81 @@
-use std::{net::SocketAddr, num::NonZeroUsize, time::Duration};
+use std::{net::SocketAddr, num::NonZeroUsize, path::PathBuf, time::Duration};
 
-use clap::{Args, ValueEnum};
+use axum::http::HeaderValue;
 
-use crate::{grpc::GrpcConfig, http::HttpConfig, jobs::PoolConfig, service::ServiceConfig};
+use clap::{ArgAction, Args, ValueEnum};
+
+use crate::{
+    grpc::GrpcConfig,
+    http::HttpConfig,
+    jobs::{BookConfig, PoolConfig},
+    service::ServiceConfig,
+};
 
 /// Every setting of the service; what stands here is its reference.
 #[derive(Clone, Debug, Args)]
 pub struct Settings {
+    /// File with settings, in TOML: the names below with underscores; flags and environment win
+    #[arg(long, env = "CONICOID_CONFIG", value_name = "FILE")]
+    pub config: Option<String>,
+
     /// Address of the HTTP interface; port 0 takes any free one
     #[arg(long, env = "CONICOID_HTTP", default_value = "127.0.0.1:8080", value_name = "ADDR")]
     pub http: SocketAddr,
     /// Address of the gRPC interface
     #[arg(long, env = "CONICOID_GRPC", default_value = "127.0.0.1:50051", value_name = "ADDR")]
     pub grpc: SocketAddr,
-    /// Address of the operators' listener (/livez, /readyz); always plain text
+    /// Address of the operators' listener (/livez, /readyz, /metrics); always plain text
     #[arg(long, env = "CONICOID_ADMIN", default_value = "127.0.0.1:9090", value_name = "ADDR")]
     pub admin: SocketAddr,
+
+    /// File of the API keys, one 'NAME SHA256' a line ('conicoid key' makes them); read again when it
+    /// changes. Without it nobody is asked for a key
+    #[arg(long, env = "CONICOID_KEYS", value_name = "FILE")]
+    pub keys: Option<PathBuf>,
+    /// Listen beyond this machine although neither keys nor client certificates are asked for
+    #[arg(
+        long,
+        env = "CONICOID_ALLOW_ANONYMOUS",
+        default_value = "false",
+        num_args = 0..=1,
+        default_missing_value = "true",
+        value_name = "BOOL",
+        action = ArgAction::Set
+    )]
+    pub allow_anonymous: bool,
+    /// Certificate chain of the HTTP and gRPC listeners, in PEM; plain text when absent
+    #[arg(long, env = "CONICOID_TLS_CERT", value_name = "FILE")]
+    pub tls_cert: Option<PathBuf>,
+    /// Private key of the certificate, in PEM
+    #[arg(long, env = "CONICOID_TLS_KEY", value_name = "FILE")]
+    pub tls_key: Option<PathBuf>,
+    /// Authority that client certificates must come from, in PEM; none are asked for when absent
+    #[arg(long, env = "CONICOID_CLIENT_CA", value_name = "FILE")]
+    pub client_ca: Option<PathBuf>,
+    /// Origins whose web pages may call, separated by commas; none when absent
+    #[arg(long, env = "CONICOID_CORS_ORIGINS", value_name = "ORIGINS", value_delimiter = ',')]
+    pub cors_origins: Vec<HeaderValue>,
+
+    /// Directory where jobs and their results outlive the process; in memory when absent
+    #[arg(long, env = "CONICOID_DATA_DIR", value_name = "DIR")]
+    pub data_dir: Option<PathBuf>,
+    /// Time after which an ended job and its result are forgotten
+    #[arg(
+        long,
+        env = "CONICOID_RESULT_TTL",
+        default_value = "3600",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub result_ttl: Duration,
+    /// Bytes of ended jobs' inputs and results that are kept; the oldest are forgotten first
+    #[arg(
+        long,
+        env = "CONICOID_RESULT_BYTES",
+        default_value_t = 1 << 30,
+        value_name = "BYTES"
+    )]
+    pub result_bytes: u64,
 
     /// Threads that segment; one a processor when absent
     #[arg(long, env = "CONICOID_THREADS", value_name = "N")]
@@ -113,12 +173,14 @@ impl Settings {
             max_bytes_in_flight: self.max_bytes_in_flight,
             max_points: self.max_points,
             max_deadline: self.max_deadline,
+            book: BookConfig { result_ttl: self.result_ttl, result_bytes: self.result_bytes },
+            data_dir: self.data_dir.clone(),
         }
     }
 
     /// The settings of the HTTP interface.
     pub fn http(&self) -> HttpConfig {
-        HttpConfig { upload_timeout: self.upload_timeout }
+        HttpConfig { upload_timeout: self.upload_timeout, cors_origins: self.cors_origins.clone() }
     }
 
     /// The settings of the gRPC interface.

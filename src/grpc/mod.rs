@@ -1,5 +1,7 @@
 //! The gRPC interface: the services of `conicoid.v1`, health and reflection.
 
+mod context;
+mod jobs;
 mod segmentations;
 mod status;
 mod timeout;
@@ -7,13 +9,17 @@ mod timeout;
 use std::sync::Arc;
 
 use axum::Router;
-use tonic::service::RoutesBuilder;
+use tonic::{Status, metadata::MetadataMap, service::RoutesBuilder};
 use tonic_health::server::HealthReporter;
 
 use crate::service::{
-    Service,
-    message::{DESCRIPTOR, v1::segmentations_server::SegmentationsServer},
+    Caller, Service,
+    message::{
+        DESCRIPTOR,
+        v1::{jobs_server::JobsServer, segmentations_server::SegmentationsServer},
+    },
 };
+use jobs::Jobs;
 use segmentations::Segmentations;
 
 /// How the gRPC interface takes messages.
@@ -32,9 +38,12 @@ pub async fn router(
     config: GrpcConfig,
 ) -> Result<(Router, HealthReporter), tonic_reflection::server::Error> {
     let (health, health_service) = tonic_health::server::health_reporter();
-    let segmentations = SegmentationsServer::new(Segmentations::new(service))
+    let segmentations = SegmentationsServer::new(Segmentations::new(Arc::clone(&service)))
         .max_decoding_message_size(config.max_message_bytes);
+    let jobs =
+        JobsServer::new(Jobs::new(service)).max_decoding_message_size(config.max_message_bytes);
     health.set_serving::<SegmentationsServer<Segmentations>>().await;
+    health.set_serving::<JobsServer<Jobs>>().await;
     let reflection = || {
         tonic_reflection::server::Builder::configure()
             .register_encoded_file_descriptor_set(DESCRIPTOR)
@@ -46,6 +55,15 @@ pub async fn router(
         .add_service(health_service)
         .add_service(reflection().build_v1()?)
         .add_service(reflection().build_v1alpha()?)
-        .add_service(segmentations);
-    Ok((routes.routes().into_axum_router(), health))
+        .add_service(segmentations)
+        .add_service(jobs);
+    let calls = routes.routes().into_axum_router();
+    Ok((calls.layer(axum::middleware::from_fn(context::wrap)), health))
+}
+
+/// Who makes the call.
+#[expect(clippy::result_large_err, reason = "tonic's calls answer with a Status")]
+fn caller(service: &Service, metadata: &MetadataMap) -> Result<Caller, Status> {
+    let header = metadata.get("authorization").and_then(|value| value.to_str().ok());
+    Ok(service.caller(header)?)
 }

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use tonic::{Request, Response, Status, Streaming};
 
-use super::timeout::grpc_timeout;
+use super::{caller, timeout::grpc_timeout};
 use crate::service::{
     self, ErrorKind, Service, ServiceError, Upload,
     message::{request_from_message, v1},
@@ -25,7 +25,7 @@ impl Segmentations {
         upload: Upload,
         request: service::Request,
     ) -> Result<Response<v1::Segmentation>, Status> {
-        let tell = v1::Segmentation::from;
+        let tell = |answer: service::Answer, labels| Ok(answer.document.shown(labels).into());
         Ok(Response::new(self.service.segment(upload, request, tell).await?))
     }
 }
@@ -36,6 +36,7 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         &self,
         call: Request<v1::SegmentRequest>,
     ) -> Result<Response<v1::Segmentation>, Status> {
+        caller(&self.service, call.metadata())?;
         let timeout = grpc_timeout(call.metadata());
         let message = call.into_inner();
         let mut request = request_from_message(&message)?;
@@ -49,6 +50,7 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         &self,
         call: Request<Streaming<v1::Upload>>,
     ) -> Result<Response<v1::Segmentation>, Status> {
+        caller(&self.service, call.metadata())?;
         let timeout = grpc_timeout(call.metadata());
         let mut upload = self.service.upload();
         let start = receive(call.into_inner(), &mut upload).await?;

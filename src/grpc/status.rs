@@ -10,6 +10,7 @@ const DOMAIN: &str = "conicoid";
 
 impl From<ServiceError> for Status {
     fn from(error: ServiceError) -> Self {
+        error.count();
         let row = error.kind.row();
         let mut details = ErrorDetails::new();
         details.set_error_info(row.code, DOMAIN, HashMap::new());

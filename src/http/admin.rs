@@ -1,13 +1,18 @@
+use std::sync::Arc;
+
 use axum::{Router, extract::State, http::StatusCode, routing::get};
 use tokio_util::sync::CancellationToken;
 
+/// Writes the metrics in Prometheus' text form.
+pub type Gauges = Arc<dyn Fn() -> String + Send + Sync>;
+
 /// The listener for operators: `/livez` says that the process answers, `/readyz` that it takes
-/// requests, which ends when `stop` begins the drain.
-pub fn admin_router(stop: CancellationToken) -> Router {
+/// requests, which ends when `stop` begins the drain, and `/metrics` what it has done.
+pub fn admin_router(stop: CancellationToken, metrics: Gauges) -> Router {
     Router::new()
         .route("/livez", get(async || "live\n"))
-        .route("/readyz", get(readyz))
-        .with_state(stop)
+        .route("/readyz", get(readyz).with_state(stop))
+        .route("/metrics", get(async move || metrics()))
 }
 
 async fn readyz(State(stop): State<CancellationToken>) -> (StatusCode, &'static str) {

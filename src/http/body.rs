@@ -53,7 +53,7 @@ async fn raw(
     upload: &mut Upload,
 ) -> Result<(), ServiceError> {
     if request.format.is_none() {
-        request.format = media_type(message.headers()).map_or(Ok(None), format_of)?;
+        request.set_format(media_type(message.headers()).map_or(Ok(None), format_of)?);
     }
     let announced = message.headers().get(header::CONTENT_LENGTH);
     let announced = announced.and_then(|length| length.to_str().ok()?.parse().ok());
@@ -93,7 +93,7 @@ async fn multipart(
             Some("cloud") => {
                 clouds += 1;
                 if request.format.is_none() {
-                    request.format = format_of_part(&part)?;
+                    request.set_format(format_of_part(&part)?);
                 }
                 while let Some(chunk) = part.chunk().await.map_err(|e| broken(&e))? {
                     upload.push(&chunk)?;
@@ -173,7 +173,7 @@ mod tests {
             ("merge", "false"),
             ("axis_direction", "0,0.5,0.001"),
         ];
-        assert_eq!(request, Request::from_pairs(query).unwrap());
+        assert_eq!(request.parameters, Request::from_pairs(query).unwrap().parameters);
     }
 
     #[test]

@@ -2,8 +2,10 @@
 
 mod accept;
 mod admin;
+mod auth;
 mod body;
 mod context;
+mod jobs;
 mod openapi;
 mod problem;
 mod segmentations;
@@ -14,15 +16,17 @@ use std::{sync::Arc, time::Duration};
 use axum::{
     Router,
     extract::{DefaultBodyLimit, State},
-    http::header,
+    http::{HeaderName, HeaderValue, Method, header},
     middleware,
     response::{Html, IntoResponse},
 };
-use tower_http::{catch_panic::CatchPanicLayer, decompression::RequestDecompressionLayer};
+use tower_http::{
+    catch_panic::CatchPanicLayer, cors::CorsLayer, decompression::RequestDecompressionLayer,
+};
 use utoipa::openapi::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-pub use admin::admin_router;
+pub use admin::{Gauges, admin_router};
 pub use problem::Problem;
 pub use server::serve;
 
@@ -33,6 +37,8 @@ use crate::service::Service;
 pub struct HttpConfig {
     /// Longest time an upload may take.
     pub upload_timeout: Duration,
+    /// Web pages of these origins may call; none by default.
+    pub cors_origins: Vec<HeaderValue>,
 }
 
 /// What every handler can reach.
@@ -46,40 +52,66 @@ pub struct App {
 
 /// The HTTP interface of `service`.
 pub fn router(service: Arc<Service>, config: HttpConfig) -> Router {
-    let (routes, openapi) = routes_and_openapi();
-    let app = App {
-        service,
-        config: Arc::new(config),
-        openapi: openapi.to_json().unwrap_or_default().into(),
-    };
-    routes
-        .layer(DefaultBodyLimit::disable()) // uploads are limited as they are read
+    let (cases, mut openapi) = use_cases().split_for_parts();
+    let (contract, described) = contract().split_for_parts();
+    openapi.merge(described);
+    let openapi = openapi::complete(openapi).to_json().unwrap_or_default().into();
+    let cors = cors(&config.cors_origins);
+    let app = App { service, config: Arc::new(config), openapi };
+    cases
         .layer(RequestDecompressionLayer::new())
+        .layer(DefaultBodyLimit::disable()) // uploads are limited as they are read
+        .route_layer(middleware::from_fn_with_state(app.clone(), auth::identify))
+        .merge(contract)
         .layer(CatchPanicLayer::new())
+        .layer(cors)
         .layer(middleware::from_fn(context::wrap))
         .with_state(app)
 }
 
 /// The OpenAPI document of the HTTP interface.
 pub fn openapi() -> OpenApi {
-    routes_and_openapi().1
+    let mut openapi = use_cases().into_openapi();
+    openapi.merge(contract().into_openapi());
+    openapi::complete(openapi)
 }
 
-fn routes_and_openapi() -> (Router<App>, OpenApi) {
-    let (routes, described) = OpenApiRouter::with_openapi(openapi::base())
+/// The routes that ask for a key where the service has any.
+fn use_cases() -> OpenApiRouter<App> {
+    OpenApiRouter::with_openapi(openapi::base())
         .routes(routes!(segmentations::create))
-        .routes(routes!(openapi_json))
-        .routes(routes!(docs))
-        .split_for_parts();
-    (routes, openapi::complete(described))
+        .routes(routes!(jobs::get, jobs::delete))
+        .routes(routes!(jobs::result))
+        .routes(routes!(jobs::events))
+}
+
+/// The routes open to everybody.
+fn contract() -> OpenApiRouter<App> {
+    OpenApiRouter::new().routes(routes!(openapi_json)).routes(routes!(docs))
+}
+
+fn cors(origins: &[HeaderValue]) -> CorsLayer {
+    if origins.is_empty() {
+        return CorsLayer::new();
+    }
+    let sent = ["authorization", "content-type", "content-encoding", "prefer", "idempotency-key"];
+    let shown = ["location", "retry-after", "x-request-id"];
+    CorsLayer::new()
+        .allow_origin(origins.to_vec())
+        .allow_methods([Method::GET, Method::POST, Method::DELETE])
+        .allow_headers(sent.map(HeaderName::from_static))
+        .expose_headers(shown.map(HeaderName::from_static))
 }
 
 /// The OpenAPI document
 ///
 /// This interface, in the OpenAPI 3.1 form that generators of clients read.
-#[utoipa::path(get, path = "/openapi.json", tag = "contract", responses(
-    (status = 200, description = "The document", body = Object, content_type = "application/json")
-))]
+#[utoipa::path(
+    get, path = "/openapi.json", operation_id = "getOpenApi", tag = "contract",
+    responses((
+        status = 200, description = "The document", body = Object, content_type = "application/json"
+    )),
+)]
 async fn openapi_json(State(app): State<App>) -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/json")], app.openapi.to_string())
 }
@@ -87,10 +119,12 @@ async fn openapi_json(State(app): State<App>) -> impl IntoResponse {
 /// The reference as a page
 ///
 /// Written from the OpenAPI document; needs nothing from elsewhere.
-#[utoipa::path(get, path = "/docs", tag = "contract", responses(
-    (status = 200, description = "The page", body = String, content_type = "text/html")
-))]
+#[utoipa::path(
+    get, path = "/docs", operation_id = "getDocs", tag = "contract",
+    responses((status = 200, description = "The page", body = String, content_type = "text/html")),
+)]
 async fn docs() -> impl IntoResponse {
-    let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self'";
+    let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
+                  connect-src 'self'";
     ([(header::CONTENT_SECURITY_POLICY, policy)], Html(include_str!("docs.html")))
 }

@@ -2,11 +2,12 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use utoipa::openapi::{
-    Components, Content, Info, Object, OpenApi, OpenApiBuilder, Ref, RefOr, Required, Response,
+    Components, Content, Info, Object, OpenApi, OpenApiBuilder, Ref, RefOr, Required,
     ResponseBuilder, Schema,
     path::{Operation, Parameter, ParameterBuilder, ParameterIn},
     request_body::{RequestBody, RequestBodyBuilder},
     schema::{ArrayBuilder, KnownFormat, ObjectBuilder, SchemaFormat, Type},
+    security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme},
 };
 use utoipa::{PartialSchema, ToSchema};
 
@@ -26,31 +27,68 @@ pub fn base() -> OpenApi {
     info.description = Some(DESCRIPTION.to_owned());
     let mut schemas = vec![(Problem::name().into_owned(), Problem::schema())];
     Problem::schemas(&mut schemas);
-    let components = Components::builder().schemas_from_iter(schemas).build();
+    let bearer = HttpBuilder::new()
+        .scheme(HttpAuthScheme::Bearer)
+        .description(Some("An API key, where the service asks for one"));
+    let components = Components::builder()
+        .schemas_from_iter(schemas)
+        .security_scheme("apiKey", SecurityScheme::Http(bearer.build()))
+        .build();
     OpenApiBuilder::new().info(info).components(Some(components)).build()
 }
 
 /// The document with what the tables know: parameters, forms of the result, and errors.
 pub fn complete(mut openapi: OpenApi) -> OpenApi {
-    for (path, item) in &mut openapi.paths.paths {
+    for item in openapi.paths.paths.values_mut() {
         let operations = [&mut item.get, &mut item.post, &mut item.delete];
         for operation in operations.into_iter().flatten() {
-            if operation.operation_id.as_deref() == Some("createSegmentation") {
-                describe_segmentation(operation);
+            let id = operation.operation_id.clone().unwrap_or_default();
+            match id.as_str() {
+                "createSegmentation" => describe_segmentation(operation),
+                "getJobResult" => describe_result(operation),
+                _ => {}
             }
-            add_errors(operation, path);
+            add_errors(operation, &id);
+            if !OPEN.contains(&id.as_str()) {
+                operation.security = Some(vec![
+                    SecurityRequirement::default(),
+                    SecurityRequirement::new::<_, _, String>("apiKey", []),
+                ]);
+            }
         }
     }
     openapi
 }
 
+/// The operations that ask nobody for a key.
+const OPEN: [&str; 2] = ["getOpenApi", "getDocs"];
+
 fn describe_segmentation(operation: &mut Operation) {
-    let parameters = specs().map(|spec| RefOr::T(query_parameter(spec)));
+    let parameters = specs().map(query_parameter);
+    let headers = [
+        header_parameter("Prefer", "`respond-async` makes the request a job (RFC 7240)"),
+        header_parameter("Idempotency-Key", "Names a submission, 1 to 255 visible characters"),
+    ];
+    let parameters = parameters.chain(headers).map(RefOr::T);
     operation.parameters.get_or_insert_default().extend(parameters);
     operation.request_body = Some(RefOr::T(cloud_body()));
-    if let Some(RefOr::T(answer)) = operation.responses.responses.get_mut("200") {
-        describe_forms(answer);
-    }
+    describe_forms(operation);
+}
+
+fn describe_result(operation: &mut Operation) {
+    let labels = specs().filter(|spec| spec.name == "labels").map(query_parameter).map(RefOr::T);
+    operation.parameters.get_or_insert_default().extend(labels);
+    describe_forms(operation);
+}
+
+fn header_parameter(name: &str, help: &str) -> Parameter {
+    ParameterBuilder::new()
+        .name(name)
+        .parameter_in(ParameterIn::Header)
+        .required(Required::False)
+        .description(Some(help))
+        .schema(Some(ObjectBuilder::new().schema_type(Type::String)))
+        .build()
 }
 
 /// One row of the parameter table as a query parameter.
@@ -148,16 +186,19 @@ fn cloud_body() -> RequestBody {
 }
 
 /// Every form of the result beside JSON.
-fn describe_forms(answer: &mut Response) {
+fn describe_forms(operation: &mut Operation) {
+    let Some(RefOr::T(answer)) = operation.responses.responses.get_mut("200") else { return };
     for form in Representation::ALL.iter().filter(|form| **form != Representation::Json) {
-        answer.content.insert(form.media_type().to_owned(), RefOr::T(binary()));
+        let mut content = binary();
+        content.description = Some(form.help().to_owned());
+        answer.content.insert(form.media_type().to_owned(), RefOr::T(content));
     }
 }
 
 /// One response for each status an operation may answer with, listing the codes of that status.
-fn add_errors(operation: &mut Operation, path: &str) {
+fn add_errors(operation: &mut Operation, id: &str) {
     let mut by_status: BTreeMap<u16, Vec<&ErrorRow>> = BTreeMap::new();
-    for row in ERRORS.iter().filter(|row| applies(row.kind, path)) {
+    for row in ERRORS.iter().filter(|row| applies(row.kind, id)) {
         by_status.entry(row.status).or_default().push(row);
     }
     for (status, rows) in by_status {
@@ -171,12 +212,22 @@ fn add_errors(operation: &mut Operation, path: &str) {
     }
 }
 
-/// Whether an operation on `path` can fail in this way.
-fn applies(kind: ErrorKind, path: &str) -> bool {
+/// Whether an operation can fail in this way.
+fn applies(kind: ErrorKind, id: &str) -> bool {
+    use ErrorKind as K;
+    let result = id == "getJobResult";
+    let open = OPEN.contains(&id);
     match kind {
-        ErrorKind::Internal => true,
-        ErrorKind::NotFound | ErrorKind::MethodNotAllowed => false,
-        _ => path == "/v1/segmentations",
+        K::Internal => true,
+        // every path has these; they are the answer to another path or method than described
+        K::NotFound | K::MethodNotAllowed => false,
+        K::Unauthenticated => !open,
+        K::JobNotFound => !open && id != "createSegmentation",
+        K::JobNotFinished | K::JobFailed => result,
+        K::NotAcceptable | K::UnknownParameter | K::InvalidParameter => {
+            result || id == "createSegmentation"
+        }
+        _ => id == "createSegmentation",
     }
 }
 

@@ -1,11 +1,12 @@
 use axum::{
+    Extension,
     extract::{Query, Request as HttpRequest, State, rejection::QueryRejection},
-    http::header,
+    http::{HeaderMap, header},
     response::{IntoResponse, Response},
 };
 
-use super::{App, accept, body};
-use crate::service::{Document, ErrorKind, Representation, Request, ServiceError};
+use super::{App, accept, body, jobs};
+use crate::service::{Caller, Document, ErrorKind, Representation, Request, ServiceError};
 
 /// Name and value pairs of a query, in its order.
 pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
@@ -15,25 +16,58 @@ pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
 /// The cloud is the body, its format named by `Content-Type` or `format` or told from its bytes; or
 /// it is the part `cloud` of a multipart body, whose part `parameters` is a JSON object. The body may
 /// be compressed (`Content-Encoding: gzip` or `zstd`). A caller that goes away cancels the work.
+///
+/// With `Prefer: respond-async` the cloud becomes a job that outlives the request. A retried
+/// submission with the same `Idempotency-Key` and the same content is the same job; without
+/// `respond-async` the key has no effect, for the same request has the same answer.
 #[utoipa::path(
     post,
     path = "/v1/segmentations",
     operation_id = "createSegmentation",
     tag = "segmentations",
-    responses((status = 200, description = "The surfaces found", body = Document)),
+    responses(
+        (status = 200, description = "The surfaces found", body = Document),
+        (
+            status = 202, description = "The job", body = jobs::JobDocument,
+            headers(("Location" = String, description = "Where the job is"))
+        ),
+    ),
 )]
 pub async fn create(
     State(app): State<App>,
+    Extension(caller): Extension<Caller>,
     query: Pairs,
     message: HttpRequest,
 ) -> Result<Response, ServiceError> {
     let mut request = from_query(query)?;
-    let form = accept::negotiate(message.headers(), Representation::ALL)?;
+    let (later, key) = (respond_async(message.headers()), idempotency_key(message.headers())?);
+    let form = accept::negotiate(message.headers(), Representation::ALL);
+    // a job's result is negotiated when it is fetched
+    let form = if later { form.unwrap_or(Representation::Json) } else { form? };
     let timeout = app.config.upload_timeout;
     let upload = body::read(&app.service, message, &mut request, timeout).await?;
-    let answer = app.service.segment(upload, request, move |d| form.render(d)).await?;
-    let answer = answer.map_err(|e| ServiceError::new(ErrorKind::Internal, e.to_string()))?;
-    Ok(answered(form, answer))
+    if later {
+        let (job, _) = app.service.submit(caller, key, upload, request).await?;
+        return Ok(jobs::accepted(job.view()));
+    }
+    let write = move |answer, labels| form.render(answer, labels);
+    let bytes = app.service.segment(upload, request, write).await?;
+    Ok(answered(form, bytes))
+}
+
+/// Whether the caller prefers a job (RFC 7240).
+fn respond_async(headers: &HeaderMap) -> bool {
+    let values = headers.get_all("prefer").iter().filter_map(|value| value.to_str().ok());
+    let mut preferences = values.flat_map(|value| value.split([',', ';'])).map(str::trim);
+    preferences.any(|preference| preference.eq_ignore_ascii_case("respond-async"))
+}
+
+fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, ServiceError> {
+    let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
+    let text = value.to_str().map_err(|_| {
+        ServiceError::new(ErrorKind::InvalidParameter, "Idempotency-Key is not visible ASCII")
+    })?;
+    Ok(Some(text.to_owned()))
 }
 
 /// A result in one of its forms.

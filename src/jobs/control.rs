@@ -1,13 +1,14 @@
 use std::{
     collections::BTreeMap,
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, OnceLock, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, Instant},
 };
 
 use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
 
 use crate::segment::{Monitor, Stage};
 
@@ -36,8 +37,10 @@ pub enum Stop {
 /// stages.
 #[derive(Debug)]
 pub struct Control {
+    // the method asks often, so a plain flag stands beside the token that futures wait for
     cancelled: AtomicBool,
-    deadline: Option<Instant>,
+    cancellation: CancellationToken,
+    deadline: OnceLock<Instant>,
     progress: watch::Sender<Option<Progress>>,
     clock: Mutex<StageClock>,
 }
@@ -56,7 +59,8 @@ impl Control {
     pub fn new(deadline: Option<Instant>) -> Arc<Self> {
         Arc::new(Self {
             cancelled: AtomicBool::new(false),
-            deadline,
+            cancellation: CancellationToken::new(),
+            deadline: deadline.map(OnceLock::from).unwrap_or_default(),
             progress: watch::Sender::new(None),
             clock: Mutex::default(),
         })
@@ -65,22 +69,29 @@ impl Control {
     /// Asks the run to stop; it does so within milliseconds.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
+        self.cancellation.cancel();
+    }
+
+    /// Waits until the run is cancelled.
+    pub async fn cancelled_by_caller(&self) {
+        self.cancellation.cancelled().await;
+    }
+
+    /// Sets when the run must have ended, where it has no deadline yet.
+    pub fn set_deadline(&self, deadline: Instant) {
+        // the first one stays
+        let _ = self.deadline.set(deadline);
     }
 
     /// Why the run must stop, if it must.
     pub fn stop(&self) -> Option<Stop> {
         if self.cancelled.load(Ordering::Relaxed) {
             Some(Stop::Cancelled)
-        } else if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+        } else if self.deadline.get().is_some_and(|deadline| Instant::now() >= *deadline) {
             Some(Stop::Deadline)
         } else {
             None
         }
-    }
-
-    /// When the run must have ended.
-    pub fn deadline(&self) -> Option<Instant> {
-        self.deadline
     }
 
     /// The latest progress, and each one after it.

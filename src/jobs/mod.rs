@@ -1,11 +1,22 @@
-//! Running segmentations: the pool of threads, its bounded queue, and what controls one run.
+//! Running segmentations: the pool of threads and its bounded queue, what controls one run, and the
+//! jobs that outlive their request, in memory or on disk behind one trait.
 //!
 //! Here alone rayon meets tokio.
 
+mod book;
 mod budget;
 mod control;
+mod disk;
+mod job;
 mod pool;
+mod record;
+mod store;
 
+pub use book::{Book, BookConfig, Runner, SubmitError};
 pub use budget::{ByteBudget, BytesHeld};
 pub use control::{CancelOnDrop, Control, Progress, StageTimes, Stop};
+pub use disk::DiskStore;
+pub use job::{Job, JobView, Outcome};
 pub use pool::{Lane, Overloaded, Place, Pool, PoolConfig, PoolError};
+pub use record::{Fault, IdempotencyKey, JobRecord, JobState, Submission};
+pub use store::{MemoryStore, Store, StoreError};

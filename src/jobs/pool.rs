@@ -2,6 +2,7 @@ use std::{
     any::Any,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Mutex, PoisonError},
+    time::Instant,
 };
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -26,6 +27,15 @@ pub enum Lane {
     Small,
     /// One run at a time, on all threads: the least time for a large cloud.
     Large,
+}
+
+impl Lane {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Small => "small",
+            Self::Large => "large",
+        }
+    }
 }
 
 /// There is no room; try again later.
@@ -126,11 +136,17 @@ impl Pool {
             Lane::Small => &self.small,
             Lane::Large => &self.large,
         };
+        let waiting = Instant::now();
         let turn = threads.turn().await.map_err(|_| PoolError::Closed)?;
         drop(place);
+        metrics::histogram!("conicoid_wait_seconds", "lane" => lane.name())
+            .record(waiting.elapsed());
         let (answer, answered) = oneshot::channel();
         turn.spawn(move || {
+            let running = Instant::now();
             let done = catch_unwind(AssertUnwindSafe(work));
+            metrics::histogram!("conicoid_run_seconds", "lane" => lane.name())
+                .record(running.elapsed());
             // nobody listens when the caller has gone away
             let _ = answer.send(done.map_err(|panic| PoolError::Panicked(message(&*panic))));
         });

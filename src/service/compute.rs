@@ -10,6 +10,15 @@ use crate::{
     segment::{Segmentation, segment},
 };
 
+/// A result, and the cloud it is about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// The result, with its labels.
+    pub document: Document,
+    /// The points.
+    pub cloud: PointCloud,
+}
+
 /// Reads the cloud in `bytes` and segments it: the one way from input to result.
 ///
 /// Runs on the calling thread's rayon pool until done or until `control` stops it.
@@ -21,7 +30,7 @@ pub fn compute(
     request: &Request,
     limits: &Limits,
     control: &Control,
-) -> Result<Document, ServiceError> {
+) -> Result<Answer, ServiceError> {
     if let Some(stop) = control.stop() {
         return Err(stop.into());
     }
@@ -32,13 +41,14 @@ pub fn compute(
     let found = segment(&cloud, &request.parameters, control)
         .map_err(|error| control.stop().map_or_else(|| error.into(), ServiceError::from))?;
     let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
+    metrics::counter!("conicoid_points_total").increment(cloud.input_len as u64);
     let input = Input {
         points: cloud.input_len,
         sha256,
         format: format.map(Format::name).unwrap_or_default().to_owned(),
         skipped: cloud.skipped(),
     };
-    Ok(document(&cloud, found, input, timing))
+    Ok(Answer { document: document(&cloud, found, input, timing), cloud })
 }
 
 fn document(cloud: &PointCloud, found: Segmentation, input: Input, timing: Timing) -> Document {

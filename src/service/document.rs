@@ -66,8 +66,13 @@ pub struct Timing {
 }
 
 impl Document {
-    /// The document without its labels.
-    pub fn without_labels(self) -> Self {
-        Self { labels: None, ..self }
+    /// The document with its labels or without.
+    pub fn shown(self, labels: bool) -> Self {
+        Self { labels: self.labels.filter(|_| labels), ..self }
+    }
+
+    /// The labels, none where they were left out.
+    pub fn labels(&self) -> &[i32] {
+        self.labels.as_deref().unwrap_or_default()
     }
 }

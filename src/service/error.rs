@@ -2,7 +2,7 @@ use tonic::Code;
 
 use crate::{
     formats::FormatError,
-    jobs::{Overloaded, PoolError, Stop},
+    jobs::{Overloaded, PoolError, Stop, StoreError, SubmitError},
     segment::{ParameterError, SegmentError},
 };
 
@@ -37,6 +37,16 @@ pub enum ErrorKind {
     NotFound,
     /// The path has no such method.
     MethodNotAllowed,
+    /// No key, or not a valid one.
+    Unauthenticated,
+    /// No such job, or not this caller's.
+    JobNotFound,
+    /// The job has no result yet.
+    JobNotFinished,
+    /// The job ended without a result.
+    JobFailed,
+    /// The idempotency key stands for another submission.
+    IdempotencyKeyReused,
     /// Too much work at hand.
     Overloaded,
     /// The upload took too long.
@@ -101,6 +111,23 @@ pub const ERRORS: &[ErrorRow] = {
         row(K::NotAcceptable, "not_acceptable", 406, InvalidArgument, "No such representation"),
         row(K::NotFound, "not_found", 404, Unimplemented, "Nothing is here"),
         row(K::MethodNotAllowed, "method_not_allowed", 405, Unimplemented, "Method not allowed"),
+        row(K::Unauthenticated, "unauthenticated", 401, Unauthenticated, "No valid API key"),
+        row(K::JobNotFound, "job_not_found", 404, NotFound, "No such job"),
+        row(
+            K::JobNotFinished,
+            "job_not_finished",
+            409,
+            FailedPrecondition,
+            "The job is not done yet",
+        ),
+        row(K::JobFailed, "job_failed", 409, FailedPrecondition, "The job ended without a result"),
+        row(
+            K::IdempotencyKeyReused,
+            "idempotency_key_reused",
+            422,
+            FailedPrecondition,
+            "The idempotency key is taken",
+        ),
         row(K::Overloaded, "overloaded", 503, ResourceExhausted, "Too much work at hand"),
         row(K::UploadTimeout, "upload_timeout", 408, DeadlineExceeded, "The upload was too slow"),
         row(K::DeadlineExceeded, "deadline_exceeded", 504, DeadlineExceeded, "Out of time"),
@@ -134,11 +161,18 @@ impl ServiceError {
         Self { kind, detail: detail.into() }
     }
 
+    /// Counts a request that was refused for this.
+    pub fn count(&self) {
+        metrics::counter!("conicoid_rejections_total", "cause" => self.kind.row().code)
+            .increment(1);
+    }
+
     /// Seconds after which the same request may succeed, where waiting helps.
     pub fn retry_after(&self) -> Option<u32> {
         match self.kind {
             ErrorKind::Overloaded => Some(1),
             ErrorKind::ShuttingDown => Some(5),
+            ErrorKind::JobNotFinished => Some(1),
             _ => None,
         }
     }
@@ -199,6 +233,26 @@ impl From<Stop> for ServiceError {
                  submit it as a job",
             ),
         }
+    }
+}
+
+impl From<SubmitError> for ServiceError {
+    fn from(error: SubmitError) -> Self {
+        match error {
+            SubmitError::Overloaded(error) => error.into(),
+            SubmitError::KeyReused(_) => Self::new(
+                ErrorKind::IdempotencyKeyReused,
+                format!("{error}: take a new key for a new submission"),
+            ),
+            SubmitError::Store(error) => error.into(),
+        }
+    }
+}
+
+impl From<StoreError> for ServiceError {
+    fn from(error: StoreError) -> Self {
+        tracing::error!(%error, "the job store failed");
+        Self::new(ErrorKind::Internal, "the job store failed; the request id finds it in the log")
     }
 }
 

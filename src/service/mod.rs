@@ -4,14 +4,17 @@
 mod compute;
 mod document;
 mod error;
+mod jobs;
+mod keys;
 pub mod message;
 mod representation;
 mod request;
 mod segmentations;
 
-pub use compute::{compute, sha256};
+pub use compute::{Answer, compute, sha256};
 pub use document::{Document, Input, Timing, UnassignedPoints};
 pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
+pub use keys::{Caller, Keys, KeysError};
 pub use representation::Representation;
 pub use request::{OPTIONS, Request, specs, unknown_format};
-pub use segmentations::{Service, ServiceConfig, Upload};
+pub use segmentations::{Service, ServiceConfig, StartError, Upload};

@@ -49,11 +49,19 @@ pub struct Request {
     pub labels: bool,
     /// Longest time the work may take.
     pub deadline: Option<Duration>,
+    /// What was set, as names and text, in its order: the request as it is kept with a job.
+    pub given: Vec<(String, String)>,
 }
 
 impl Default for Request {
     fn default() -> Self {
-        Self { parameters: Parameters::default(), format: None, labels: true, deadline: None }
+        Self {
+            parameters: Parameters::default(),
+            format: None,
+            labels: true,
+            deadline: None,
+            given: Vec::new(),
+        }
     }
 }
 
@@ -105,7 +113,16 @@ impl Request {
             }
             _ => return Err(unknown_parameter(name)),
         }
+        self.given.push((name.to_owned(), text.to_owned()));
         Ok(())
+    }
+
+    /// Takes the format from where the request does not name it.
+    pub fn set_format(&mut self, format: Option<Format>) {
+        if let (None, Some(format)) = (self.format, format) {
+            self.format = Some(format);
+            self.given.push(("format".to_owned(), format.name().to_owned()));
+        }
     }
 }
 

@@ -1,16 +1,22 @@
 use std::{
+    path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
 };
 
-use super::{Document, ErrorKind, Request, ServiceError, compute};
+use super::{
+    Answer, Caller, ErrorKind, Keys, Request, ServiceError, compute, jobs::SegmentationRunner, keys,
+};
 use crate::{
     formats::Limits,
-    jobs::{ByteBudget, BytesHeld, Control, Pool, PoolConfig, Stop},
+    jobs::{
+        Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, MemoryStore, Pool, PoolConfig,
+        Stop, Store, StoreError,
+    },
 };
 
 /// The limits of the service.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ServiceConfig {
     /// Threads, queue and lanes.
     pub pool: PoolConfig,
@@ -22,25 +28,55 @@ pub struct ServiceConfig {
     pub max_points: usize,
     /// Longest time a segmentation may take, whatever the request says.
     pub max_deadline: Duration,
+    /// How long ended jobs are kept.
+    pub book: BookConfig,
+    /// Where jobs are kept on disk; in memory when absent.
+    pub data_dir: Option<PathBuf>,
+}
+
+/// Why the service cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The system gives no threads.
+    #[error("cannot start the threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// The data directory cannot be made.
+    #[error("cannot use the data directory {path}: {error}")]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// The jobs cannot be read.
+    #[error("cannot open the jobs kept on disk: {0}")]
+    Store(#[from] StoreError),
 }
 
 /// The use cases, and what they share.
 #[derive(Debug)]
 pub struct Service {
     config: ServiceConfig,
-    pool: Pool,
+    pool: Arc<Pool>,
     budget: ByteBudget,
+    book: Arc<Book>,
+    keys: Option<Keys>,
 }
 
 impl Service {
-    /// Starts the threads.
+    /// Starts the threads, opens the store and takes up the jobs that had not ended. Must be called
+    /// within a tokio runtime.
     ///
     /// # Errors
-    /// The system gives no more threads.
-    pub fn new(config: ServiceConfig) -> Result<Arc<Self>, rayon::ThreadPoolBuildError> {
-        let pool = Pool::new(config.pool)?;
+    /// The system gives no threads, or the store cannot be used.
+    pub fn new(config: ServiceConfig, keys: Option<Keys>) -> Result<Arc<Self>, StartError> {
+        let pool = Arc::new(Pool::new(config.pool)?);
         let budget = ByteBudget::new(config.max_bytes_in_flight);
-        Ok(Arc::new(Self { config, pool, budget }))
+        let limits = Limits { max_points: config.max_points };
+        let runner = Arc::new(SegmentationRunner { limits, max_deadline: config.max_deadline });
+        let store = open_store(&config)?;
+        let book = Book::open(config.book, Arc::clone(&pool), store, runner)?;
+        Ok(Arc::new(Self { config, pool, budget, book, keys }))
     }
 
     /// The limits.
@@ -53,13 +89,37 @@ impl Service {
         &self.pool
     }
 
+    /// The jobs.
+    pub fn book(&self) -> &Arc<Book> {
+        &self.book
+    }
+
+    /// Bytes of uploads held now.
+    pub fn bytes_in_flight(&self) -> u64 {
+        self.budget.held()
+    }
+
+    /// The limits of a cloud.
+    pub fn limits(&self) -> Limits {
+        Limits { max_points: self.config.max_points }
+    }
+
+    /// Who sends this `Authorization` header.
+    ///
+    /// # Errors
+    /// The service asks for keys, and the header holds none of them.
+    pub fn caller(&self, authorization: Option<&str>) -> Result<Caller, ServiceError> {
+        keys::caller(self.keys.as_ref(), authorization)
+    }
+
     /// Begins to take in a cloud.
     pub fn upload(&self) -> Upload {
         let limit = self.config.max_body_bytes;
         Upload { bytes: Vec::new(), held: self.budget.share(), limit }
     }
 
-    /// Segments a cloud while the caller waits, and writes the answer by `tell` on the same threads. Dropping the future cancels the work.
+    /// Segments a cloud while the caller waits, and writes the answer by `tell` on the same threads.
+    /// Dropping the future cancels the work.
     ///
     /// # Errors
     /// The cloud or the request is bad, there is no room, or time ran out.
@@ -67,17 +127,17 @@ impl Service {
         &self,
         upload: Upload,
         request: Request,
-        tell: impl FnOnce(Document) -> T + Send + 'static,
+        tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
         let place = self.pool.admit()?;
-        let limits = Limits { max_points: self.config.max_points };
+        let limits = self.limits();
         let deadline = Instant::now() + self.time_for(&request);
         let control = Control::new(Some(deadline));
         let guard = control.cancel_on_drop();
         let lane = self.pool.lane(upload.bytes.len());
         let work = move || {
-            let document = compute(&upload.bytes, &request, &limits, &control);
-            document.map(|d| tell(if request.labels { d } else { d.without_labels() }))
+            let answer = compute(&upload.bytes, &request, &limits, &control)?;
+            tell(answer, request.labels)
         };
         let run = self.pool.run(Some(place), lane, work);
         let done = tokio::time::timeout_at(deadline.into(), run).await;
@@ -89,6 +149,13 @@ impl Service {
     fn time_for(&self, request: &Request) -> Duration {
         request.deadline.unwrap_or(self.config.max_deadline).min(self.config.max_deadline)
     }
+}
+
+fn open_store(config: &ServiceConfig) -> Result<Arc<dyn Store>, StartError> {
+    let Some(path) = &config.data_dir else { return Ok(Arc::new(MemoryStore::default())) };
+    std::fs::create_dir_all(path)
+        .map_err(|error| StartError::Directory { path: path.clone(), error })?;
+    Ok(Arc::new(DiskStore::open(&path.join("jobs.redb"))?))
 }
 
 /// A cloud coming in: its bytes, counted against the budget of all uploads.
@@ -128,8 +195,8 @@ impl Upload {
         Ok(())
     }
 
-    /// The bytes so far.
-    pub fn bytes(&self) -> &[u8] {
-        &self.bytes
+    /// The bytes, and the budget they hold.
+    pub fn into_parts(self) -> (Vec<u8>, BytesHeld) {
+        (self.bytes, self.held)
     }
 }

@@ -7,12 +7,17 @@
     reason = "a test fails by panicking"
 )]
 
+mod access;
 mod architecture;
 mod bad_input;
 mod contract;
+mod jobs;
 mod joints;
 mod parameters;
 mod properties;
+mod representations;
 mod same_answer;
 mod service;
+mod settings;
 mod support;
+mod survival;

@@ -63,12 +63,15 @@ impl From<&Parameters> for v1::Parameters {
 /// # Errors
 /// A value is out of its range, or an enum's number is not known.
 pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, ServiceError> {
-    let mut request = Request { labels: !message.omit_labels, ..Request::default() };
+    let mut request = Request::default();
+    if message.omit_labels {
+        request.set("labels", "none")?;
+    }
     let format = v1::Format::try_from(message.format);
     let format = format.map_err(|_| {
         super::super::request::unknown_format(&format!("number {}", message.format))
     })?;
-    request.format = format_from_message(format);
+    request.set_format(format_from_message(format));
     if let Some(deadline) = message.deadline {
         request.set("deadline", &deadline.to_string())?;
     }
@@ -173,7 +176,11 @@ mod tests {
             parameters: Some((&parameters).into()),
             ..v1::SegmentRequest::default()
         };
-        assert_eq!(request_from_message(&message).unwrap().parameters, parameters);
+        let request = request_from_message(&message).unwrap();
+        assert_eq!(request.parameters, parameters);
+        // what is kept with a job reads back as the same
+        let given = request.given.iter().map(|(n, v)| (n.as_str(), v.as_str()));
+        assert_eq!(Request::from_pairs(given).unwrap(), request);
     }
 
     #[test]

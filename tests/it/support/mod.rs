@@ -6,27 +6,25 @@ pub mod truth;
 
 use std::{io::Write, path::Path, sync::Arc};
 
-use clap::Parser;
 use conicoid::{
     cli::{Addresses, Server, Settings},
-    service::{Service, message::v1::segmentations_client::SegmentationsClient},
+    jobs::Lane,
+    service::{
+        Service,
+        message::v1::{jobs_client::JobsClient, segmentations_client::SegmentationsClient},
+    },
 };
 use serde_json::Value;
 use tokio::task::JoinHandle;
 use tokio_util::sync::{CancellationToken, DropGuard};
 use tonic::transport::Channel;
 
-#[derive(Parser)]
-struct Flags {
-    #[command(flatten)]
-    settings: Settings,
-}
-
 /// Settings as `conicoid serve` reads them from `flags`, on free ports.
 pub fn settings(flags: &[&str]) -> Settings {
     let ports = ["--http=127.0.0.1:0", "--grpc=127.0.0.1:0", "--admin=127.0.0.1:0"];
     let flags = ["conicoid"].iter().chain(&ports).chain(flags);
-    Flags::parse_from(flags).settings
+    let flags: Vec<_> = flags.map(std::ffi::OsString::from).collect();
+    conicoid::cli::settings(&flags).unwrap()
 }
 
 /// A running service; it stops when this is dropped.
@@ -94,6 +92,49 @@ impl Running {
     pub async fn grpc(&self) -> SegmentationsClient<Channel> {
         SegmentationsClient::new(self.channel().await).max_decoding_message_size(64 << 20)
     }
+}
+
+impl Running {
+    /// A client of the job calls.
+    pub async fn grpc_jobs(&self) -> JobsClient<Channel> {
+        JobsClient::new(self.channel().await)
+    }
+
+    /// Submits `body` as a job; the answer.
+    pub async fn submit(&self, query: &str, body: impl Into<reqwest::Body>) -> reqwest::Response {
+        let url = self.url(&format!("/v1/segmentations?{query}"));
+        let request = reqwest::Client::new().post(url).header("prefer", "respond-async");
+        request.body(body).send().await.unwrap()
+    }
+
+    /// The job at `location`.
+    pub async fn job(&self, location: &str) -> Value {
+        reqwest::get(self.url(location)).await.unwrap().json().await.unwrap()
+    }
+
+    /// Follows the events of a job to their end: the jobs they show.
+    pub async fn events(&self, location: &str) -> Vec<Value> {
+        let url = self.url(&format!("{location}/events"));
+        let text = reqwest::get(url).await.unwrap().text().await.unwrap();
+        let data = text.lines().filter_map(|line| line.strip_prefix("data: "));
+        data.map(|json| serde_json::from_str(json).unwrap()).collect()
+    }
+
+    /// Takes the one thread of the small lane until the sender is used or dropped.
+    pub fn block_small_lane(&self) -> std::sync::mpsc::Sender<()> {
+        let (release, wait) = std::sync::mpsc::channel();
+        let service = Arc::clone(&self.service);
+        tokio::spawn(async move {
+            let _ = service.pool().run(None, Lane::Small, move || wait.recv()).await;
+        });
+        release
+    }
+}
+
+/// Where an accepted job is.
+pub fn location(accepted: &reqwest::Response) -> String {
+    assert_eq!(accepted.status(), 202);
+    accepted.headers()["location"].to_str().unwrap().to_owned()
 }
 
 /// The `code` of a problem document, after checking that it is one.

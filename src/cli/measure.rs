@@ -1,0 +1,47 @@
+use std::sync::{Arc, OnceLock};
+
+use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
+
+use crate::{http::Gauges, service::Service};
+
+/// Upper ends of the histograms' classes, in seconds: from a small cloud's time to a huge one's.
+const SECONDS: [f64; 14] =
+    [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0, 60.0, 300.0];
+
+/// The recorder of this process; metrics are one for all services in it.
+fn recorder() -> Option<&'static PrometheusHandle> {
+    static RECORDER: OnceLock<Option<PrometheusHandle>> = OnceLock::new();
+    let install = || {
+        let matcher = Matcher::Suffix("_seconds".to_owned());
+        let builder = PrometheusBuilder::new().set_buckets_for_metric(matcher, &SECONDS).ok()?;
+        let handle = builder.install_recorder().ok()?;
+        describe();
+        Some(handle)
+    };
+    RECORDER.get_or_init(install).as_ref()
+}
+
+fn describe() {
+    use metrics::{describe_counter, describe_gauge, describe_histogram};
+    describe_histogram!(
+        "http_server_request_duration_seconds",
+        "HTTP requests by route and status"
+    );
+    describe_histogram!("rpc_server_duration_seconds", "gRPC calls by code");
+    describe_histogram!("conicoid_wait_seconds", "Time from admission to the start of a run");
+    describe_histogram!("conicoid_run_seconds", "Time of a run on the pool");
+    describe_counter!("conicoid_points_total", "Points segmented");
+    describe_counter!("conicoid_rejections_total", "Requests answered with an error, by its code");
+    describe_gauge!("conicoid_queue_length", "Requests and jobs that wait for their turn");
+    describe_gauge!("conicoid_bytes_in_flight", "Bytes of uploads held");
+}
+
+/// Begins to measure; the answer writes all metrics down, with those that are asked for as they are.
+pub fn start(service: Arc<Service>) -> Gauges {
+    let recorder = recorder();
+    Arc::new(move || {
+        metrics::gauge!("conicoid_queue_length").set(service.pool().queued() as f64);
+        metrics::gauge!("conicoid_bytes_in_flight").set(service.bytes_in_flight() as f64);
+        recorder.map(PrometheusHandle::render).unwrap_or_default()
+    })
+}

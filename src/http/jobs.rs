@@ -1,0 +1,180 @@
+use std::{convert::Infallible, time::Duration};
+
+use axum::{
+    Extension, Json,
+    extract::{Path, Query, State},
+    http::{HeaderMap, StatusCode, header},
+    response::{
+        IntoResponse, Response, Sse,
+        sse::{Event, KeepAlive},
+    },
+};
+use futures::{Stream, StreamExt};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{App, accept, segmentations::answered};
+use crate::{
+    jobs::{JobState, JobView},
+    service::{Caller, ErrorKind, Representation, Request, ServiceError},
+};
+
+/// A silent event stream says this often that it lives.
+const KEEP_ALIVE: Duration = Duration::from_secs(15);
+
+/// A job.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct JobDocument {
+    /// Its name.
+    #[schema(example = "01890a5d-ac96-774b-bcce-b302099a8057")]
+    pub id: String,
+    /// Where it stands.
+    pub state: JobState,
+    /// How far it is; absent until it runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub progress: Option<JobProgress>,
+    /// When it was accepted, in milliseconds since 1970-01-01 UTC.
+    pub created_ms: u64,
+    /// When it began to run; absent before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub started_ms: Option<u64>,
+    /// When it ended; absent before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub finished_ms: Option<u64>,
+    /// Why it failed; absent otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub problem: Option<JobProblem>,
+}
+
+/// How far a job is.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct JobProgress {
+    /// The stage of the method.
+    #[schema(example = "grow")]
+    pub stage: String,
+    /// How much of the whole work is done, 0 to 1.
+    pub fraction: f64,
+}
+
+/// Why a job failed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct JobProblem {
+    /// The stable code.
+    #[schema(example = "too_few_points")]
+    pub code: String,
+    /// What happened and what to do.
+    pub detail: String,
+}
+
+impl From<JobView> for JobDocument {
+    fn from(JobView { record, progress }: JobView) -> Self {
+        let progress = progress
+            .map(|p| JobProgress { stage: p.stage.name().to_owned(), fraction: p.fraction });
+        Self {
+            id: record.id.to_string(),
+            state: record.state,
+            progress,
+            created_ms: record.created_ms,
+            started_ms: record.started_ms,
+            finished_ms: record.finished_ms,
+            problem: record.fault.map(|f| JobProblem { code: f.code, detail: f.detail }),
+        }
+    }
+}
+
+/// The answer to an accepted job.
+pub fn accepted(view: JobView) -> Response {
+    let location = format!("/v1/jobs/{}", view.record.id);
+    let headers =
+        [(header::LOCATION.as_str(), location.as_str()), ("preference-applied", "respond-async")];
+    (StatusCode::ACCEPTED, headers, Json(JobDocument::from(view))).into_response()
+}
+
+/// The state of a job
+///
+/// A job is visible only to the API key that submitted it.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}", operation_id = "getJob", tag = "jobs",
+    params(("id" = String, Path, description = "The job's id")),
+    responses((status = 200, description = "The job", body = JobDocument)),
+)]
+pub async fn get(
+    State(app): State<App>,
+    Extension(caller): Extension<Caller>,
+    Path(id): Path<String>,
+) -> Result<Json<JobDocument>, ServiceError> {
+    Ok(Json(app.service.job(&caller, &id)?.view().into()))
+}
+
+/// Cancel or forget a job
+///
+/// A job that is queued or running is cancelled and stays visible as such; one that has ended is
+/// forgotten, with its result.
+#[utoipa::path(
+    delete, path = "/v1/jobs/{id}", operation_id = "deleteJob", tag = "jobs",
+    params(("id" = String, Path, description = "The job's id")),
+    responses((status = 200, description = "The job as it was left", body = JobDocument)),
+)]
+pub async fn delete(
+    State(app): State<App>,
+    Extension(caller): Extension<Caller>,
+    Path(id): Path<String>,
+) -> Result<Json<JobDocument>, ServiceError> {
+    Ok(Json(app.service.cancel(&caller, &id).await?.view().into()))
+}
+
+/// What of a result to send.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResultQuery {
+    labels: Option<String>,
+}
+
+/// The result of a job
+///
+/// In the form that `Accept` asks for. 409 until the job has succeeded.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/result", operation_id = "getJobResult", tag = "jobs",
+    params(("id" = String, Path, description = "The job's id")),
+    responses((status = 200, description = "The surfaces found", body = crate::service::Document)),
+)]
+pub async fn result(
+    State(app): State<App>,
+    Extension(caller): Extension<Caller>,
+    Path(id): Path<String>,
+    query: Result<Query<ResultQuery>, axum::extract::rejection::QueryRejection>,
+    headers: HeaderMap,
+) -> Result<Response, ServiceError> {
+    let Query(query) =
+        query.map_err(|e| ServiceError::new(ErrorKind::UnknownParameter, e.body_text()))?;
+    let asked = query.labels.map(|labels| Request::from_pairs([("labels", labels.as_str())]));
+    let asked = asked.transpose()?.map(|request| request.labels);
+    let form = accept::negotiate(&headers, Representation::ALL)?;
+    let with_cloud = form == Representation::Ply;
+    let write = move |answer, labels| form.render(answer, asked.unwrap_or(labels));
+    let bytes = app.service.job_result(&caller, &id, with_cloud, write).await?;
+    Ok(answered(form, bytes))
+}
+
+/// The progress of a job as server-sent events
+///
+/// One event `job` now and at each change, its data a job as JSON; the stream ends with the job.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/events", operation_id = "getJobEvents", tag = "jobs",
+    params(("id" = String, Path, description = "The job's id")),
+    responses((
+        status = 200, description = "The events", body = String, content_type = "text/event-stream"
+    )),
+)]
+pub async fn events(
+    State(app): State<App>,
+    Extension(caller): Extension<Caller>,
+    Path(id): Path<String>,
+) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ServiceError> {
+    let job = app.service.job(&caller, &id)?;
+    let events = job.watch().map(|view| {
+        let event = Event::default().event("job").json_data(JobDocument::from(view));
+        Ok(event.unwrap_or_default())
+    });
+    Ok(Sse::new(events).keep_alive(KeepAlive::new().interval(KEEP_ALIVE)))
+}

@@ -1,0 +1,113 @@
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde::{Deserialize, Serialize};
+use uuid::Uuid;
+
+/// Where a job stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum JobState {
+    /// Waiting for its turn.
+    Queued,
+    /// At work.
+    Running,
+    /// Done; its result can be fetched until it expires.
+    Succeeded,
+    /// Ended without a result.
+    Failed,
+    /// Cancelled by its owner.
+    Cancelled,
+}
+
+impl JobState {
+    /// Whether the state is the last one.
+    pub fn is_final(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
+    }
+}
+
+/// Why a job failed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fault {
+    /// The stable code.
+    pub code: String,
+    /// What happened.
+    pub detail: String,
+}
+
+/// What its submitter called a job, so that a retried upload is the same job.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct IdempotencyKey {
+    /// The submitter's key.
+    pub key: String,
+    /// What was submitted under it, in short.
+    pub fingerprint: String,
+}
+
+/// All there is to know of a job beside its input and its result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JobRecord {
+    /// Its name.
+    pub id: Uuid,
+    /// Who may see it; `None` where the service asks nobody for a key.
+    pub owner: Option<String>,
+    /// What its submitter called it.
+    pub idempotency: Option<IdempotencyKey>,
+    /// The request, as names and text.
+    pub request: Vec<(String, String)>,
+    /// Length of its input.
+    pub input_bytes: u64,
+    /// Where it stands.
+    pub state: JobState,
+    /// When it was accepted, in milliseconds since 1970.
+    pub created_ms: u64,
+    /// When it began to run.
+    pub started_ms: Option<u64>,
+    /// When it ended.
+    pub finished_ms: Option<u64>,
+    /// Length of its result.
+    pub result_bytes: u64,
+    /// Why it failed.
+    pub fault: Option<Fault>,
+}
+
+/// What a submitter says of a job.
+#[derive(Clone, Debug, Default)]
+pub struct Submission {
+    /// Who may see it.
+    pub owner: Option<String>,
+    /// What its submitter calls it.
+    pub idempotency: Option<IdempotencyKey>,
+    /// The request, as names and text.
+    pub request: Vec<(String, String)>,
+}
+
+impl JobRecord {
+    /// A job accepted now.
+    pub fn new(submission: Submission, input_bytes: u64) -> Self {
+        Self {
+            id: Uuid::now_v7(),
+            owner: submission.owner,
+            idempotency: submission.idempotency,
+            request: submission.request,
+            input_bytes,
+            state: JobState::Queued,
+            created_ms: now_ms(),
+            started_ms: None,
+            finished_ms: None,
+            result_bytes: 0,
+            fault: None,
+        }
+    }
+
+    /// Bytes the job keeps: its input, for outputs that show the points, and its result.
+    pub fn kept_bytes(&self) -> u64 {
+        self.input_bytes + self.result_bytes
+    }
+}
+
+/// Milliseconds since 1970.
+pub fn now_ms() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,164 @@
+use std::{sync::Arc, time::Duration};
+
+use uuid::Uuid;
+
+use super::{
+    Answer, Caller, Document, ErrorKind, Representation, Request, Service, ServiceError, Upload,
+    compute, sha256,
+};
+use crate::{
+    formats::{self, Limits},
+    jobs::{
+        Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError, Runner,
+        Submission,
+    },
+};
+
+/// Longest idempotency key.
+const MAX_KEY_BYTES: usize = 255;
+
+/// How a job is done: its result is the document as JSON, with its labels.
+#[derive(Debug)]
+pub struct SegmentationRunner {
+    /// Limits of the cloud.
+    pub limits: Limits,
+    /// Longest time a job may run.
+    pub max_deadline: Duration,
+}
+
+impl Runner for SegmentationRunner {
+    fn run(&self, record: &JobRecord, input: &[u8], control: &Control) -> Outcome {
+        let _span = tracing::info_span!("job", job_id = %record.id).entered();
+        let done = request_of(record)
+            .and_then(|request| compute(input, &request, &self.limits, control))
+            .and_then(|answer| Representation::Json.render(answer, true));
+        match &done {
+            Ok(_) => tracing::info!("done"),
+            Err(error) => tracing::info!(code = error.kind.row().code, "{error}"),
+        }
+        done.map(bytes::Bytes::from).map_err(|error| fault(&error))
+    }
+
+    fn time_for(&self, record: &JobRecord) -> Duration {
+        let asked = request_of(record).ok().and_then(|request| request.deadline);
+        asked.unwrap_or(self.max_deadline).min(self.max_deadline)
+    }
+
+    fn fault(&self, error: &PoolError) -> Fault {
+        fault(&error.clone().into())
+    }
+}
+
+fn fault(error: &ServiceError) -> Fault {
+    Fault { code: error.kind.row().code.to_owned(), detail: error.detail.clone() }
+}
+
+fn request_of(record: &JobRecord) -> Result<Request, ServiceError> {
+    Request::from_pairs(record.request.iter().map(|(n, v)| (n.as_str(), v.as_str())))
+}
+
+impl Service {
+    /// Takes a cloud in as a job, kept before this returns; `true` where the job is new.
+    ///
+    /// # Errors
+    /// There is no room, the idempotency key is too long or taken, or the store fails.
+    pub async fn submit(
+        &self,
+        caller: Caller,
+        key: Option<String>,
+        upload: Upload,
+        request: Request,
+    ) -> Result<(Arc<Job>, bool), ServiceError> {
+        let (bytes, held) = upload.into_parts();
+        if bytes.is_empty() {
+            return Err(formats::FormatError::Empty.into());
+        }
+        let idempotency = key.map(|key| idempotency_key(key, &request, &bytes)).transpose()?;
+        let submission = Submission { owner: caller, idempotency, request: request.given };
+        Ok(self.book().submit(submission, bytes.into(), held).await?)
+    }
+
+    /// The job of that name.
+    ///
+    /// # Errors
+    /// There is none, it has expired, or it is another caller's.
+    pub fn job(&self, caller: &Caller, id: &str) -> Result<Arc<Job>, ServiceError> {
+        let parsed = Uuid::parse_str(id).ok();
+        let job = parsed.and_then(|id| self.book().find(id, caller.as_deref()));
+        job.ok_or_else(|| {
+            let detail = format!("no job '{id}': it never was, has expired, or is not yours");
+            ServiceError::new(ErrorKind::JobNotFound, detail)
+        })
+    }
+
+    /// Cancels a job under way; forgets one that has ended. Returns the job as it then is.
+    ///
+    /// # Errors
+    /// There is no such job, or the store fails.
+    pub async fn cancel(&self, caller: &Caller, id: &str) -> Result<Arc<Job>, ServiceError> {
+        let job = self.job(caller, id)?;
+        self.book().cancel(Arc::clone(&job)).await?;
+        Ok(job)
+    }
+
+    /// The result of a job, written by `tell`; it gets whether the submitter wanted labels.
+    ///
+    /// # Errors
+    /// There is no such job, it has no result (yet), or the store fails.
+    pub async fn job_result<T: Send + 'static>(
+        &self,
+        caller: &Caller,
+        id: &str,
+        with_cloud: bool,
+        tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
+    ) -> Result<T, ServiceError> {
+        let record = self.job(caller, id)?.record();
+        check_ended(&record)?;
+        let gone = || ServiceError::new(ErrorKind::JobNotFound, format!("job '{id}' has expired"));
+        let result = self.book().result(record.id).await?.ok_or_else(gone)?;
+        let input = if with_cloud { self.book().input(record.id).await? } else { None };
+        let limits = self.limits();
+        let write = move || {
+            let request = request_of(&record)?;
+            let document: Document = serde_json::from_slice(&result)?;
+            let cloud = input.map(|bytes| formats::read(&bytes, request.format, &limits));
+            let cloud = cloud.transpose()?.unwrap_or_default();
+            tell(Answer { document, cloud }, request.labels)
+        };
+        let written = tokio::task::spawn_blocking(write).await;
+        written.map_err(|_| ServiceError::from(PoolError::Closed))?
+    }
+}
+
+fn check_ended(record: &JobRecord) -> Result<(), ServiceError> {
+    match (record.state, &record.fault) {
+        (JobState::Succeeded, _) => Ok(()),
+        (JobState::Queued | JobState::Running, _) => Err(ServiceError::new(
+            ErrorKind::JobNotFinished,
+            "the job has no result yet: watch its events, or ask again later",
+        )),
+        (JobState::Cancelled, _) => {
+            Err(ServiceError::new(ErrorKind::JobFailed, "the job was cancelled"))
+        }
+        (JobState::Failed, fault) => {
+            let detail = fault.as_ref().map(|f| format!("{}: {}", f.code, f.detail));
+            Err(ServiceError::new(ErrorKind::JobFailed, detail.unwrap_or_default()))
+        }
+    }
+}
+
+fn idempotency_key(
+    key: String,
+    request: &Request,
+    bytes: &[u8],
+) -> Result<IdempotencyKey, ServiceError> {
+    if key.is_empty() || key.len() > MAX_KEY_BYTES {
+        return Err(ServiceError::new(
+            ErrorKind::InvalidParameter,
+            format!("an idempotency key has 1 to {MAX_KEY_BYTES} bytes; this one {}", key.len()),
+        ));
+    }
+    let given = format!("{:?}", request.given);
+    let fingerprint = format!("{}-{}", sha256(bytes), sha256(given.as_bytes()));
+    Ok(IdempotencyKey { key, fingerprint })
+}

@@ -1,0 +1,246 @@
+//! Who may call: keys, other people's jobs, certificates, origins.
+
+use std::{fs, path::PathBuf};
+
+use conicoid::service::{message::v1, sha256};
+use reqwest::{Client, Response};
+use tempfile::TempDir;
+use tonic::{Code, Request};
+
+use super::support::{Running, clouds, conicoid, location, problem, reason, start};
+
+/// A service with the keys `alpha` and `beta` of the names `a` and `b`.
+async fn with_keys() -> (Running, TempDir, PathBuf) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("keys");
+    fs::write(&path, format!("a {}\nb {}\n", sha256(b"alpha"), sha256(b"beta"))).unwrap();
+    let running = start(&[&format!("--keys={}", path.display())]).await;
+    (running, directory, path)
+}
+
+async fn submit(running: &Running, key: Option<&str>) -> Response {
+    let request = Client::new().post(running.url("/v1/segmentations"));
+    let request = request.header("prefer", "respond-async");
+    let request = request.body(clouds::xyz(&clouds::cylinder(200)));
+    with(request, key).send().await.unwrap()
+}
+
+fn with(request: reqwest::RequestBuilder, key: Option<&str>) -> reqwest::RequestBuilder {
+    match key {
+        Some(key) => request.bearer_auth(key),
+        None => request,
+    }
+}
+
+#[tokio::test]
+async fn no_key_a_wrong_key_and_a_revoked_key_are_refused_alike() {
+    let (running, _directory, path) = with_keys().await;
+    for key in [None, Some("gamma"), Some("")] {
+        let refused = submit(&running, key).await;
+        assert_eq!(refused.headers()["www-authenticate"], "Bearer");
+        assert_eq!(problem(refused).await, (401, "unauthenticated".to_owned()));
+    }
+    assert_eq!(submit(&running, Some("alpha")).await.status(), 202);
+    fs::write(&path, format!("b {}\n", sha256(b"beta"))).unwrap();
+    assert_eq!(submit(&running, Some("alpha")).await.status(), 401);
+    assert_eq!(submit(&running, Some("beta")).await.status(), 202);
+}
+
+#[tokio::test]
+async fn the_contract_is_open_to_those_who_have_no_key() {
+    let (running, _directory, _) = with_keys().await;
+    for path in ["/docs", "/openapi.json"] {
+        assert_eq!(reqwest::get(running.url(path)).await.unwrap().status(), 200);
+    }
+}
+
+#[tokio::test]
+async fn another_keys_job_looks_like_no_job_at_all() {
+    let (running, _directory, _) = with_keys().await;
+    let place = location(&submit(&running, Some("alpha")).await);
+    let ask = async |method: &str, path: &str, key: &str| {
+        let request = Client::new().request(method.parse().unwrap(), running.url(path));
+        with(request, Some(key)).send().await.unwrap()
+    };
+    let nobody = "/v1/jobs/01890a5d-ac96-774b-bcce-b302099a8057".to_owned();
+    for path in [&place, &nobody] {
+        for (method, end) in [("GET", ""), ("GET", "/result"), ("GET", "/events"), ("DELETE", "")] {
+            let answer = ask(method, &format!("{path}{end}"), "beta").await;
+            assert_eq!(problem(answer).await, (404, "job_not_found".to_owned()), "{method} {end}");
+        }
+    }
+    assert_eq!(ask("GET", &place, "alpha").await.status(), 200);
+    let id = place.rsplit('/').next().unwrap().to_owned();
+    let mut client = running.grpc_jobs().await;
+    let mut call = Request::new(v1::GetJobRequest { id });
+    call.metadata_mut().insert("authorization", "Bearer beta".parse().unwrap());
+    let status = client.get_job(call).await.unwrap_err();
+    assert_eq!(reason(&status), (Code::NotFound, "job_not_found".to_owned()));
+}
+
+#[tokio::test]
+async fn the_same_idempotency_key_of_two_callers_is_two_jobs() {
+    let (running, _directory, _) = with_keys().await;
+    let submit = async |key: &str| {
+        let request = Client::new().post(running.url("/v1/segmentations"));
+        let request = request.header("prefer", "respond-async").header("idempotency-key", "1");
+        let request = request.body(clouds::xyz(&clouds::cylinder(200)));
+        location(&with(request, Some(key)).send().await.unwrap())
+    };
+    assert_ne!(submit("alpha").await, submit("beta").await);
+}
+
+#[tokio::test]
+async fn every_grpc_call_asks_for_the_key() {
+    let (running, _directory, _) = with_keys().await;
+    let (mut grpc, mut jobs) = (running.grpc().await, running.grpc_jobs().await);
+    let nothing = || futures::stream::iter(Vec::<v1::Upload>::new());
+    let statuses = [
+        grpc.segment(v1::SegmentRequest::default()).await.unwrap_err(),
+        grpc.segment_upload(nothing()).await.unwrap_err(),
+        jobs.submit_job(nothing()).await.unwrap_err(),
+        jobs.get_job(v1::GetJobRequest::default()).await.unwrap_err(),
+        jobs.watch_job(v1::GetJobRequest::default()).await.unwrap_err(),
+        jobs.get_job_result(v1::GetJobResultRequest::default()).await.unwrap_err(),
+        jobs.cancel_job(v1::CancelJobRequest::default()).await.unwrap_err(),
+    ];
+    for status in &statuses {
+        assert_eq!(reason(status), (Code::Unauthenticated, "unauthenticated".to_owned()));
+    }
+}
+
+#[test]
+fn a_made_key_fits_its_line() {
+    let made = conicoid(&["key", "scanner"], None);
+    let (line, told) =
+        (String::from_utf8(made.stdout).unwrap(), String::from_utf8(made.stderr).unwrap());
+    let key = told.trim().rsplit(' ').next().unwrap().to_owned();
+    assert_eq!(line, format!("scanner {}\n", sha256(key.as_bytes())));
+    assert!(!conicoid(&["key", "two words"], None).status.success());
+}
+
+#[test]
+fn listening_to_strangers_without_keys_is_refused_unless_allowed() {
+    for flag in ["--http", "--grpc"] {
+        let run = conicoid(&["serve", flag, "0.0.0.0:0"], None);
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert!(!run.status.success() && told.contains("--allow-anonymous"), "{told}");
+    }
+}
+
+#[tokio::test]
+async fn listening_to_strangers_is_allowed_on_demand() {
+    let running = start(&["--http=0.0.0.0:0", "--allow-anonymous"]).await;
+    assert!(running.addresses.http.ip().is_unspecified());
+}
+
+#[tokio::test]
+async fn other_origins_are_refused_by_default_and_let_in_by_setting() {
+    let preflight = async |running: &Running| {
+        let request =
+            Client::new().request(reqwest::Method::OPTIONS, running.url("/v1/segmentations"));
+        let request = request.header("origin", "https://viewer.example");
+        request.header("access-control-request-method", "POST").send().await.unwrap()
+    };
+    let answer = preflight(&start(&[]).await).await;
+    assert!(!answer.headers().contains_key("access-control-allow-origin"));
+    let answer = preflight(&start(&["--cors-origins=https://viewer.example"]).await).await;
+    assert_eq!(answer.headers()["access-control-allow-origin"], "https://viewer.example");
+}
+
+mod tls {
+    use conicoid::service::message::v1::segmentations_client::SegmentationsClient;
+    use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, IsCa, KeyPair};
+    use tonic::transport::{Certificate, Channel, ClientTlsConfig, Identity};
+
+    use super::*;
+
+    /// An authority, with a name to make leaves under.
+    fn authority() -> CertifiedIssuer<'static, KeyPair> {
+        let mut params = CertificateParams::new(Vec::new()).unwrap();
+        params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        CertifiedIssuer::self_signed(params, KeyPair::generate().unwrap()).unwrap()
+    }
+
+    /// The certificate and key of a leaf, in PEM.
+    fn leaf(authority: &CertifiedIssuer<'static, KeyPair>) -> (String, String) {
+        let key = KeyPair::generate().unwrap();
+        let params = CertificateParams::new(vec!["localhost".to_owned()]).unwrap();
+        (params.signed_by(&key, authority).unwrap().pem(), key.serialize_pem())
+    }
+
+    struct Secure {
+        running: Running,
+        authority: CertifiedIssuer<'static, KeyPair>,
+        _directory: TempDir,
+    }
+
+    /// A service with TLS that asks for certificates of its own authority where `clients` is set.
+    async fn secure(clients: bool) -> Secure {
+        let (directory, authority) = (tempfile::tempdir().unwrap(), authority());
+        let (cert, key) = leaf(&authority);
+        let write = |name: &str, text: &str| {
+            let path = directory.path().join(name);
+            fs::write(&path, text).unwrap();
+            path.display().to_string()
+        };
+        let mut flags = vec![
+            format!("--tls-cert={}", write("cert.pem", &cert)),
+            format!("--tls-key={}", write("key.pem", &key)),
+        ];
+        if clients {
+            flags.push(format!("--client-ca={}", write("ca.pem", &authority.pem())));
+        }
+        let flags: Vec<_> = flags.iter().map(String::as_str).collect();
+        Secure { running: start(&flags).await, authority, _directory: directory }
+    }
+
+    impl Secure {
+        async fn get(&self, identity: Option<&(String, String)>) -> reqwest::Result<Response> {
+            let root = reqwest::Certificate::from_pem(self.authority.pem().as_bytes()).unwrap();
+            let mut client = Client::builder().add_root_certificate(root).use_rustls_tls();
+            if let Some((cert, key)) = identity {
+                let pem = format!("{cert}{key}");
+                client = client.identity(reqwest::Identity::from_pem(pem.as_bytes()).unwrap());
+            }
+            let url = format!("https://localhost:{}/docs", self.running.addresses.http.port());
+            client.build().unwrap().get(url).send().await
+        }
+
+        async fn call(&self, identity: Option<&(String, String)>) -> Result<(), Code> {
+            let mut tls = ClientTlsConfig::new()
+                .ca_certificate(Certificate::from_pem(self.authority.pem()))
+                .domain_name("localhost");
+            if let Some((cert, key)) = identity {
+                tls = tls.identity(Identity::from_pem(cert, key));
+            }
+            let url = format!("https://localhost:{}", self.running.addresses.grpc.port());
+            let channel = Channel::from_shared(url).unwrap().tls_config(tls).unwrap();
+            let channel = channel.connect().await.map_err(|_| Code::Unavailable)?;
+            let cloud = clouds::xyz(&clouds::cylinder(200)).into();
+            let message = v1::SegmentRequest { cloud, ..Default::default() };
+            let answer = SegmentationsClient::new(channel).segment(message).await;
+            answer.map(|_| ()).map_err(|status| status.code())
+        }
+    }
+
+    #[tokio::test]
+    async fn both_interfaces_speak_tls() {
+        let secure = secure(false).await;
+        assert_eq!(secure.get(None).await.unwrap().status(), 200);
+        assert_eq!(secure.call(None).await, Ok(()));
+        assert!(reqwest::get(secure.running.url("/docs")).await.is_err());
+    }
+
+    #[tokio::test]
+    async fn only_certificates_of_the_right_authority_are_let_in() {
+        let secure = secure(true).await;
+        let (ours, foreign) = (leaf(&secure.authority), leaf(&authority()));
+        assert_eq!(secure.get(Some(&ours)).await.unwrap().status(), 200);
+        assert_eq!(secure.call(Some(&ours)).await, Ok(()));
+        for stranger in [None, Some(&foreign)] {
+            assert!(secure.get(stranger).await.is_err());
+            assert!(secure.call(stranger).await.is_err());
+        }
+    }
+}

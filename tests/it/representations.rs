@@ -1,0 +1,48 @@
+//! A result in each of its forms, from a request and from a job.
+
+use super::support::{Running, clouds, location, start};
+
+async fn fetch(running: &Running, path: &str, accept: &str) -> (String, Vec<u8>) {
+    let request = reqwest::Client::new().get(running.url(path)).header("accept", accept);
+    parts(request.send().await.unwrap()).await
+}
+
+async fn parts(answer: reqwest::Response) -> (String, Vec<u8>) {
+    assert_eq!(answer.status(), 200);
+    let media_type = answer.headers()["content-type"].to_str().unwrap().to_owned();
+    (media_type, answer.bytes().await.unwrap().to_vec())
+}
+
+#[tokio::test]
+async fn every_form_comes_from_a_request_and_from_a_job_alike() {
+    let running = start(&[]).await;
+    let cloud = clouds::ply(&clouds::bracket(3000));
+    let place = location(&running.submit("method=rcond", cloud.clone()).await);
+    running.events(&place).await;
+    for accept in ["application/x-npy", "model/ply", "text/csv"] {
+        let url = running.url("/v1/segmentations?method=rcond");
+        let request = reqwest::Client::new().post(url).header("accept", accept);
+        let direct = parts(request.body(cloud.clone()).send().await.unwrap()).await;
+        assert_eq!(direct.0, accept);
+        assert_eq!(fetch(&running, &format!("{place}/result"), accept).await, direct);
+    }
+}
+
+#[tokio::test]
+async fn arrays_and_tables_hold_the_labels_and_regions_of_the_document() {
+    let running = start(&[]).await;
+    let place =
+        location(&running.submit("method=rcond", clouds::ply(&clouds::bracket(3000))).await);
+    running.events(&place).await;
+    let result = format!("{place}/result");
+    let document = running.job(&result).await;
+    let (_, npy) = fetch(&running, &result, "application/x-npy").await;
+    let values = npy[npy.len() - 3000 * 4..].chunks(4);
+    let labels: Vec<_> = values.map(|b| i32::from_le_bytes(b.try_into().unwrap())).collect();
+    assert_eq!(document["labels"], serde_json::json!(labels));
+    let (_, csv) = fetch(&running, &result, "text/csv").await;
+    let lines = String::from_utf8(csv).unwrap().lines().count();
+    assert_eq!(lines, document["regions"].as_array().unwrap().len() + 1);
+    let (_, ply) = fetch(&running, &result, "model/ply").await;
+    assert!(ply.starts_with(b"ply\n"));
+}

@@ -1,0 +1,84 @@
+//! Settings come from flags, environment and file, in that order, and a wrong one stops the start.
+
+use std::fs;
+
+use super::support::{conicoid, settings, start};
+
+fn file(text: &str) -> (tempfile::TempDir, String) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("conicoid.toml");
+    fs::write(&path, text).unwrap();
+    let path = path.display().to_string();
+    (directory, path)
+}
+
+#[test]
+fn a_file_gives_settings_and_flags_win() {
+    let (_directory, path) = file(
+        "queue = 7\nmax-points = 1000\nresult_ttl = 1.5\nallow_anonymous = true\n\
+         cors_origins = [\"https://a.example\", \"https://b.example\"]\n",
+    );
+    let read = settings(&["--config", &path, "--queue=9"]);
+    assert_eq!((read.queue.get(), read.max_points), (9, 1000));
+    assert_eq!(read.result_ttl.as_secs_f64(), 1.5);
+    assert!(read.allow_anonymous);
+    assert_eq!(read.cors_origins.len(), 2);
+}
+
+#[test]
+fn a_wrong_setting_stops_the_start_and_is_named() {
+    for (text, words) in [
+        ("colour = 'red'\n", "'colour' is no setting"),
+        ("[http]\nport = 1\n", "'http' is no setting"),
+        ("queue = \n", "is not TOML"),
+        ("queue = 0\n", "--queue"),
+        ("result_ttl = -1\n", "--result-ttl"),
+        ("http = 'nowhere'\n", "--http"),
+        ("tls_cert = 'cert.pem'\n", "tls_cert and tls_key go together"),
+        ("keys = '/nowhere/keys'\n", "cannot read the key file /nowhere/keys"),
+        ("log = '!!!'\n", "is not a filter"),
+    ] {
+        let (_directory, path) = file(text);
+        let run = conicoid(
+            &[
+                "serve",
+                "--config",
+                &path,
+                "--http=127.0.0.1:0",
+                "--grpc=127.0.0.1:0",
+                "--admin=127.0.0.1:0",
+            ],
+            None,
+        );
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert!(!run.status.success() && told.contains(words), "{text}: {told}");
+    }
+    let run = conicoid(&["serve", "--config", "/nowhere.toml"], None);
+    assert!(String::from_utf8_lossy(&run.stderr).contains("cannot read the settings file"));
+}
+
+#[test]
+fn the_help_is_the_reference_of_every_setting() {
+    let help = String::from_utf8(conicoid(&["serve", "--help"], None).stdout).unwrap();
+    let flags = help.lines().filter(|line| line.trim_start().starts_with("--")).count();
+    let variables = help.matches("[env: CONICOID_").count();
+    assert!(flags > 20);
+    assert_eq!(flags, variables);
+}
+
+#[tokio::test]
+async fn the_metrics_show_what_was_done() {
+    let running = start(&[]).await;
+    assert_eq!(running.post("labels=none", "0 0 0\n".repeat(20)).await.status(), 422);
+    let metrics = reqwest::get(running.admin_url("/metrics")).await.unwrap().text().await.unwrap();
+    for line in [
+        "http_server_request_duration_seconds_bucket{method=\"POST\",route=\"/v1/segmentations\"",
+        "conicoid_rejections_total{cause=\"too_few_points\"}",
+        "conicoid_queue_length 0",
+        "conicoid_bytes_in_flight",
+        "conicoid_wait_seconds_bucket{lane=\"small\"",
+        "conicoid_run_seconds_bucket{lane=\"small\"",
+    ] {
+        assert!(metrics.contains(line), "{line} is missing in\n{metrics}");
+    }
+}

@@ -1,0 +1,103 @@
+//! With a data directory, accepted jobs and their results outlive the process, however it ends.
+
+use std::{
+    io::{BufRead, BufReader},
+    path::Path,
+    process::{Child, Command, Stdio},
+};
+
+use conicoid::service::sha256;
+use reqwest::Client;
+use serde_json::Value;
+
+use super::support::{clouds, location};
+
+/// A service in a process of its own, and the URL of its HTTP listener.
+struct Process(Child, String);
+
+impl Process {
+    fn start(data: &Path) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_conicoid"))
+            .args(["--http=127.0.0.1:0", "--grpc=127.0.0.1:0", "--admin=127.0.0.1:0"])
+            .args(["--threads=1", "--log=error", "--data-dir"])
+            .arg(data)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        Self(child, line.trim().to_owned())
+    }
+
+    /// Tells it to stop and waits until it has.
+    fn stop(mut self) {
+        let id = self.0.id().to_string();
+        Command::new("kill").args(["-TERM", &id]).status().unwrap();
+        assert!(self.0.wait().unwrap().success());
+    }
+
+    fn kill(mut self) {
+        // SIGKILL: nothing of the process gets to run any more
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+}
+
+#[tokio::test]
+async fn results_outlive_a_restart() {
+    let directory = tempfile::tempdir().unwrap();
+    let first = Process::start(directory.path());
+    let cloud = clouds::xyz(&clouds::cylinder(300));
+    let request = Client::new().post(format!("{}/v1/segmentations", first.1));
+    let request = request.header("prefer", "respond-async").body(cloud);
+    let place = location(&request.send().await.unwrap());
+    let get = async |url: String| reqwest::get(url).await.unwrap().text().await.unwrap();
+    get(format!("{}{place}/events", first.1)).await;
+    let job = get(format!("{}{place}", first.1)).await;
+    let result = get(format!("{}{place}/result", first.1)).await;
+    assert!(job.contains("succeeded"), "{job}");
+    first.stop();
+    let second = Process::start(directory.path());
+    assert_eq!(get(format!("{}{place}", second.1)).await, job);
+    assert_eq!(get(format!("{}{place}/result", second.1)).await, result);
+    second.kill();
+}
+
+#[tokio::test]
+async fn accepted_jobs_survive_a_kill_and_are_done_once() {
+    const JOBS: usize = 20;
+    const KILLS: usize = 3;
+    let directory = tempfile::tempdir().unwrap();
+    let client = Client::new();
+    let process = Process::start(directory.path());
+    let cloud = |i| clouds::ply(&clouds::bracket(3000 + i));
+    let mut places = Vec::new();
+    for i in 0..JOBS {
+        let request = client.post(format!("{}/v1/segmentations", process.1));
+        let request = request.header("prefer", "respond-async").body(cloud(i));
+        places.push(location(&request.send().await.unwrap()));
+    }
+    let mut process = process;
+    let mut seen: Vec<Option<String>> = vec![None; JOBS];
+    for kill in 0..=KILLS {
+        // some jobs end between two kills, and all of them after the last
+        let wanted = if kill == KILLS { JOBS } else { JOBS * (kill + 1) / (KILLS + 3) };
+        for (place, seen) in places.iter().zip(&mut seen).take(wanted) {
+            let url = format!("{}{place}", process.1);
+            client.get(format!("{url}/events")).send().await.unwrap().text().await.unwrap();
+            let result = client.get(format!("{url}/result")).send().await.unwrap();
+            assert_eq!(result.status(), 200);
+            let text = result.text().await.unwrap();
+            // what was answered once is answered the same after every restart
+            assert_eq!(seen.get_or_insert_with(|| text.clone()), &text);
+        }
+        let data = directory.path();
+        process.kill();
+        process = Process::start(data);
+    }
+    process.kill();
+    for (i, text) in seen.into_iter().enumerate() {
+        let answer: Value = serde_json::from_str(&text.unwrap()).unwrap();
+        assert_eq!(answer["input"]["sha256"], sha256(&cloud(i)));
+    }
+}
