@@ -1,3 +1,5 @@
+use std::io::{self, Write};
+
 use super::AnyError;
 use crate::service::sha256;
 
@@ -9,7 +11,7 @@ pub fn run(name: &str) -> Result<(), AnyError> {
     let mut random = [0_u8; 32];
     getrandom::fill(&mut random).map_err(|error| format!("no random numbers: {error}"))?;
     let key: String = random.iter().map(|byte| format!("{byte:02x}")).collect();
-    println!("{name} {}", sha256(key.as_bytes()));
+    writeln!(io::stdout(), "{name} {}", sha256(key.as_bytes()))?;
     eprintln!("The line above goes into the key file. The key, shown only now: {key}");
     Ok(())
 }

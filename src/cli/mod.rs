@@ -10,7 +10,11 @@ mod serve;
 mod settings;
 mod tls;
 
-use std::{ffi::OsString, process::ExitCode};
+use std::{
+    ffi::OsString,
+    io::{self, Write},
+    process::ExitCode,
+};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -89,6 +93,5 @@ pub fn main() -> ExitCode {
 }
 
 fn print_openapi() -> Result<(), AnyError> {
-    println!("{}", crate::http::openapi().to_pretty_json()?);
-    Ok(())
+    Ok(writeln!(io::stdout(), "{}", crate::http::openapi().to_pretty_json()?)?)
 }

@@ -1,4 +1,9 @@
-use std::{io, net::SocketAddr, sync::Arc, time::Duration};
+use std::{
+    io::{self, Write},
+    net::SocketAddr,
+    sync::Arc,
+    time::Duration,
+};
 
 use tokio::{net::TcpListener, signal, task::JoinSet};
 use tokio_rustls::TlsAcceptor;
@@ -183,7 +188,8 @@ pub fn run(settings: &Settings) -> Result<(), AnyError> {
         let server = Server::bind(settings.clone()).await?;
         let Addresses { http, grpc, admin } = server.addresses()?;
         let s = if settings.tls_cert.is_some() { "s" } else { "" };
-        println!("http{s}://{http}\ngrpc{s}://{grpc}\nadmin://{admin}");
+        // whoever started the service may not care where it is
+        let _ = writeln!(io::stdout(), "http{s}://{http}\ngrpc{s}://{grpc}\nadmin://{admin}");
         let stop = CancellationToken::new();
         tokio::spawn(stop_on_signal(stop.clone()));
         Ok(server.run(stop).await?)

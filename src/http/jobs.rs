@@ -30,7 +30,7 @@ pub struct JobDocument {
     pub id: String,
     /// Where it stands.
     pub state: JobState,
-    /// How far it is; absent until it runs.
+    /// How far it is; only while it runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub progress: Option<JobProgress>,
     /// When it was accepted, in milliseconds since 1970-01-01 UTC.

@@ -9,8 +9,14 @@ use super::{Control, Fault, JobRecord, JobState, Progress, Store, StoreError, re
 pub struct JobView {
     /// The job.
     pub record: JobRecord,
-    /// How far it is; `None` until it runs.
+    /// How far it is; only while it runs.
     pub progress: Option<Progress>,
+}
+
+impl JobView {
+    fn new(record: JobRecord, progress: Option<Progress>) -> Self {
+        Self { progress: progress.filter(|_| record.state == JobState::Running), record }
+    }
 }
 
 /// How a job's run ended.
@@ -44,7 +50,7 @@ impl Job {
 
     /// The job now, with its progress.
     pub fn view(&self) -> JobView {
-        JobView { record: self.record(), progress: *self.control.watch().borrow() }
+        JobView::new(self.record(), *self.control.watch().borrow())
     }
 
     /// The job has got its turn; `false` where it has ended before.
@@ -106,7 +112,7 @@ impl Job {
                 }
             }
             let record = state.borrow_and_update().clone();
-            let view = JobView { progress: *progress.borrow_and_update(), record };
+            let view = JobView::new(record, *progress.borrow_and_update());
             let next = (!view.record.state.is_final()).then_some((job, (state, progress), false));
             Some((view, next))
         })

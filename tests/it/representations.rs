@@ -17,10 +17,10 @@ async fn parts(answer: reqwest::Response) -> (String, Vec<u8>) {
 async fn every_form_comes_from_a_request_and_from_a_job_alike() {
     let running = start(&[]).await;
     let cloud = clouds::ply(&clouds::bracket(3000));
-    let place = location(&running.submit("method=rcond", cloud.clone()).await);
+    let place = location(&running.submit("seed=1", cloud.clone()).await);
     running.events(&place).await;
     for accept in ["application/x-npy", "model/ply", "text/csv"] {
-        let url = running.url("/v1/segmentations?method=rcond");
+        let url = running.url("/v1/segmentations?seed=1");
         let request = reqwest::Client::new().post(url).header("accept", accept);
         let direct = parts(request.body(cloud.clone()).send().await.unwrap()).await;
         assert_eq!(direct.0, accept);
@@ -31,8 +31,7 @@ async fn every_form_comes_from_a_request_and_from_a_job_alike() {
 #[tokio::test]
 async fn arrays_and_tables_hold_the_labels_and_regions_of_the_document() {
     let running = start(&[]).await;
-    let place =
-        location(&running.submit("method=rcond", clouds::ply(&clouds::bracket(3000))).await);
+    let place = location(&running.submit("seed=1", clouds::ply(&clouds::bracket(3000))).await);
     running.events(&place).await;
     let result = format!("{place}/result");
     let document = running.job(&result).await;

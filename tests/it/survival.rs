@@ -36,10 +36,17 @@ impl Process {
         assert!(self.0.wait().unwrap().success());
     }
 
-    fn kill(mut self) {
-        // SIGKILL: nothing of the process gets to run any more
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
+    /// SIGKILL: nothing of the process gets to run any more.
+    fn kill(self) {
+        drop(self);
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // it may have ended
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
 }
 
