@@ -55,11 +55,13 @@ impl Family {
     /// machined parts seldom have, so that a few leaked points do not buy them.
     pub fn description_length(self, n: usize) -> f64 {
         let prior = match self {
-            Self::Plane | Self::Sphere | Self::Cylinder => 0.0,
-            Self::Cone => 6.0,
-            Self::Torus => 10.0,
-            Self::EllipticCylinder => 16.0,
-            Self::Ellipsoid => 32.0,
+            Self::Plane => 0.0,
+            Self::Cylinder => 4.0,
+            Self::Cone => 8.0,
+            Self::Sphere => 10.0,
+            Self::Torus => 18.0,
+            Self::EllipticCylinder => 26.0,
+            Self::Ellipsoid => 40.0,
         };
         self.dof() as f64 * (n.max(2) as f64).ln() + prior
     }

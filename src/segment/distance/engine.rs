@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::family::Families;
-use super::hypothesis::{Hypothesis, Walk, grow};
+use super::hypothesis::{Hypothesis, Walk, correlated, correlation, grow};
 use super::label::{members, relabel};
 use super::scene::Scene;
 use super::select::select;
@@ -12,7 +12,7 @@ use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::random::SplitMix64;
-use crate::segment::{Cancelled, Monitor, Parameters};
+use crate::segment::{Cancelled, Monitor, Parameters, Stage};
 
 /// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
 const BATCH: usize = 8;
@@ -45,6 +45,11 @@ pub struct Effort {
 
 /// Hypotheses after which the form of a scene is first judged.
 const FORM_SAMPLE: usize = 16;
+impl Effort {
+    /// Until every point is covered or has been tried.
+    pub const FULL: Self = Self { seeds: usize::MAX, stop_at_form: false };
+}
+
 /// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
 const CORRELATED: f64 = 0.1;
 
@@ -329,7 +334,9 @@ pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                 (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect()
             };
             let best = families.best(&Patch { points: &points, normals: &normals }, &[*s], true)?;
-            (best.shape.family != s.family).then_some(best.shape)
+            let whole = take(scene, g, 600);
+            let sound = families.score(best.shape, &whole).chi2 < SOUND * whole.len() as f64;
+            (best.shape.family != s.family && sound).then_some(best.shape)
         })
         .collect();
     let mut changed = 0;
@@ -359,6 +366,9 @@ pub fn borders(scene: &Scene, labels: &[i32]) -> std::collections::BTreeMap<(usi
     out
 }
 
+/// Mean truncated chi2 above which a surface does not describe a set of points.
+const SOUND: f64 = 3.0;
+
 /// Joins pairs of regions whose joint fit costs less description length: pairs of one family
 /// wherever they lie, and neighbours of unlike families under either one's.
 pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
@@ -373,6 +383,9 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
         let mut pairs = Vec::new();
         for a in 0..m {
             for b in a + 1..m {
+                if samples[a].is_empty() || samples[b].is_empty() {
+                    continue;
+                }
                 if model.shapes[a].family == model.shapes[b].family
                     || touching.contains_key(&(a, b))
                 {
@@ -402,7 +415,13 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                     }
                     let o = Options { cauchy: Some(4.0 * sigma), steps: 20, tolerance: 1e-4 };
                     let Some(f) = fit(s, &points, None, &o) else { continue };
-                    let c = cost(&f.shape, &points) + length(s);
+                    // Both halves must lie on it: a region whose own surface is poor saves nothing.
+                    let (ca, cb) = (cost(&f.shape, &samples[a]), cost(&f.shape, &samples[b]));
+                    if ca > SOUND * samples[a].len() as f64 || cb > SOUND * samples[b].len() as f64
+                    {
+                        continue;
+                    }
+                    let c = ca + cb + length(s);
                     if best.is_none_or(|b| c < b.0) {
                         best = Some((c, f.shape));
                     }
@@ -457,7 +476,17 @@ fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
     }
 }
 
+/// Rounds over what is still without a surface.
+const PASSES: usize = 3;
+/// New points a hypothesis must explain.
+const MIN_NEW: usize = 40;
+/// Rounds of moves on the total energy after each pass.
+const MOVES: usize = 3;
+
 /// Finds the surfaces of a scene.
+///
+/// Passes over what is still without a surface: grow hypotheses on it, choose among them, then settle
+/// labels, families and surfaces of the whole scene.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -467,55 +496,27 @@ pub fn discover(
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Model, Cancelled> {
-    let min_points = parameters.min_points;
     let mut model = Model { labels: vec![-1; scene.len()], ..Model::default() };
-    let debug = std::env::var("CONICOID_DEBUG").is_ok();
-    for pass in 0..3 {
+    let mut form = false;
+    for pass in 0..PASSES {
         let open: Vec<u32> =
             (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();
         if open.len() < 60 {
             break;
         }
-        let mut trials = (0, 0);
-        let rest;
-        let part = if pass == 0 {
-            scene
+        let seed = parameters.seed ^ pass as u64;
+        let (chosen, labels) = if pass == 0 {
+            let found = first_hypotheses(scene, families, seed, &mut form, &mut model, monitor)?;
+            choose(scene, found, families, 0)
         } else {
             // What is left has a graph of its own: strips a point or two wide hold together in it.
-            let mut s = Scene::new(open.iter().map(|&i| scene.points[i as usize]).collect());
-            s.sharpen_normals(families.sigma);
-            rest = s;
-            &rest
+            let mut rest = Scene::new(open.iter().map(|&i| scene.points[i as usize]).collect());
+            rest.sharpen_normals(families.sigma);
+            let found =
+                hypothesise(&rest, families, Effort::FULL, seed, &mut model.trials, monitor)?;
+            let found = found.hypotheses.into_iter().filter(|h| !h.is_correlated()).collect();
+            choose(&rest, found, families, model.shapes.len())
         };
-        let seed = parameters.seed ^ pass;
-        let effort = Effort { seeds: usize::MAX, stop_at_form: true };
-        let mut grown = hypothesise(part, families, effort, seed, &mut trials, monitor)?;
-        if grown.form {
-            match judge_form(part, families, seed, &mut trials, monitor)? {
-                Form::Surfaces(sigma) => {
-                    families.sigma = sigma;
-                    let effort = Effort { stop_at_form: false, ..effort };
-                    grown = hypothesise(part, families, effort, seed, &mut trials, monitor)?;
-                }
-                Form::Free => grown.hypotheses = standing_out(grown.hypotheses),
-            }
-            if debug {
-                eprintln!("form: sigma {:.3e} left {}", families.sigma, grown.hypotheses.len());
-            }
-        }
-        let found = grown.hypotheses;
-        model.trials.0 += trials.0;
-        model.trials.1 += trials.1;
-        let grown = found.len();
-        let none = vec![-1; part.len()];
-        let (chosen, labels) = select(part, found, families.sigma, &none, model.shapes.len(), 40);
-        if debug {
-            eprintln!(
-                "pass {pass}: open {} trials {trials:?} grown {grown} chosen {}",
-                open.len(),
-                chosen.len()
-            );
-        }
         if chosen.is_empty() {
             break;
         }
@@ -523,45 +524,10 @@ pub fn discover(
             model.labels[i as usize] = l;
         }
         model.shapes.extend(chosen.iter().map(|h| h.shape));
-        settle(scene, &mut model, families.sigma, 8);
-        let changed = retype(scene, &mut model, families);
-        model.merges += merge(scene, &mut model, families);
-        prune(&mut model, min_points.min(40));
-        settle(scene, &mut model, families.sigma, 8);
-        let changed2 = retype(scene, &mut model, families);
-        model.merges += merge(scene, &mut model, families);
-        settle(scene, &mut model, families.sigma, 8);
-        prune(&mut model, min_points.min(40));
-        for round in 0..3 {
-            let cov = |m: &Model| m.labels.iter().filter(|l| **l >= 0).count();
-            if debug {
-                eprintln!("   covered {}", cov(&model));
-            }
-            let gone = super::moves::remove_needless(scene, &mut model, families.sigma);
-            let swapped = super::moves::swap_families(scene, &mut model, families);
-            let c1 = cov(&model);
-            let mm = merge(scene, &mut model, families);
-            model.merges += mm;
-            let c2 = cov(&model);
-            settle(scene, &mut model, families.sigma, 8);
-            if debug {
-                eprintln!("   {c1} {c2} {} merged {mm}", cov(&model));
-                eprintln!("  moves {round}: gone {gone} swapped {swapped}");
-            }
-            if gone + swapped == 0 {
-                break;
-            }
-        }
-        if debug {
-            eprintln!(
-                "  regions {} retyped {changed}+{changed2} sigma {:.3e} residual {:?}",
-                model.shapes.len(),
-                families.sigma,
-                residual_sigma(scene, &model)
-            );
-            for (s, g) in model.shapes.iter().zip(members(&model.labels, model.shapes.len())) {
-                eprintln!("    {:?} {} {:.4?}", s.family, g.len(), s.size);
-            }
+        monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
+        converge(scene, &mut model, families, monitor)?;
+        if pass + 1 < PASSES && !form {
+            drop_correlated(scene, &mut model, families.sigma);
         }
         if let Some(s) = residual_sigma(scene, &model) {
             families.sigma =
@@ -569,6 +535,89 @@ pub fn discover(
         }
     }
     Ok(model)
+}
+
+fn choose(
+    part: &Scene,
+    found: Vec<Hypothesis>,
+    families: &Families,
+    first_label: usize,
+) -> (Vec<Hypothesis>, Vec<i32>) {
+    let none = vec![-1; part.len()];
+    select(part, found, families.sigma, &none, first_label, MIN_NEW)
+}
+
+/// The hypotheses of the whole scene, at a looser sigma where its surfaces have a form error.
+fn first_hypotheses(
+    scene: &Scene,
+    families: &mut Families,
+    seed: u64,
+    form: &mut bool,
+    model: &mut Model,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Hypothesis>, Cancelled> {
+    let watchful = Effort { stop_at_form: true, ..Effort::FULL };
+    let grown = hypothesise(scene, families, watchful, seed, &mut model.trials, monitor)?;
+    *form = grown.form;
+    if !grown.form {
+        return Ok(grown.hypotheses);
+    }
+    match judge_form(scene, families, seed, &mut model.trials, monitor)? {
+        Form::Surfaces(sigma) => {
+            families.sigma = sigma;
+            let all = hypothesise(scene, families, Effort::FULL, seed, &mut model.trials, monitor)?;
+            Ok(all.hypotheses)
+        }
+        Form::Free => Ok(standing_out(grown.hypotheses)),
+    }
+}
+
+/// Settles labels, families and surfaces: relabelling with refits, types, merging, then moves on the
+/// total energy.
+fn converge(
+    scene: &Scene,
+    model: &mut Model,
+    families: &Families,
+    monitor: &dyn Monitor,
+) -> Result<(), Cancelled> {
+    for _ in 0..2 {
+        monitor.check()?;
+        settle(scene, model, families.sigma, 8);
+        retype(scene, model, families);
+        model.merges += merge(scene, model, families);
+        prune(model, MIN_NEW);
+    }
+    settle(scene, model, families.sigma, 8);
+    for _ in 0..MOVES {
+        monitor.check()?;
+        let gone = super::moves::remove_needless(scene, model, families.sigma);
+        let swapped = super::moves::swap_families(scene, model, families);
+        model.merges += merge(scene, model, families);
+        settle(scene, model, families.sigma, 8);
+        if gone + swapped == 0 {
+            break;
+        }
+    }
+    prune(model, MIN_NEW);
+    Ok(())
+}
+
+/// Takes out regions whose residuals are correlated: they bridge several surfaces, which the next pass
+/// finds one by one.
+fn drop_correlated(scene: &Scene, model: &mut Model, sigma: f64) {
+    let groups = members(&model.labels, model.shapes.len());
+    let keep: Vec<bool> = model
+        .shapes
+        .iter()
+        .zip(&groups)
+        .map(|(s, g)| !correlated(correlation(scene, s, g, sigma), g.len()))
+        .collect();
+    for l in &mut model.labels {
+        if *l >= 0 && !keep[*l as usize] {
+            *l = -1;
+        }
+    }
+    retain(model, &keep);
 }
 
 /// Whether what a model leaves of a cloud holds a surface worth a region.

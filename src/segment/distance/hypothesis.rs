@@ -22,6 +22,18 @@ pub struct Hypothesis {
     pub correlation: f64,
 }
 
+impl Hypothesis {
+    /// Whether its residuals are correlated beyond what chance gives for so many points.
+    pub fn is_correlated(&self) -> bool {
+        correlated(self.correlation, self.support.len())
+    }
+}
+
+/// Whether a correlation of residuals is more than chance gives for `n` points.
+pub fn correlated(correlation: f64, n: usize) -> bool {
+    correlation > 0.15 + 1.5 / (n.max(1) as f64).sqrt()
+}
+
 /// The mean product of neighbouring residuals over their mean square, on a sample of `support`: near 0
 /// for a surface that explains its points, towards 1 where a form error is left. 0 where residuals
 /// are far below `sigma`, so that rounding does not count as form.

@@ -44,18 +44,21 @@ pub fn select(
         if new >= min_new { sum - cost } else { f64::NEG_INFINITY }
     };
     // Gains only fall as points are taken, so an old gain is an upper bound.
-    let mut bound: Vec<(f64, usize)> =
-        (0..hypotheses.len()).map(|k| (gain(k, &labels), k)).filter(|g| g.0 > 0.0).collect();
+    // Hypotheses with correlated residuals bridge several surfaces: they come after all others.
+    let mut bound: Vec<(bool, f64, usize)> = (0..hypotheses.len())
+        .map(|k| (hypotheses[k].is_correlated(), gain(k, &labels), k))
+        .filter(|g| g.1 > 0.0)
+        .collect();
     let mut chosen = Vec::new();
     loop {
-        bound.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let Some(&(old, k)) = bound.first() else { break };
+        bound.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2)));
+        let Some(&(_, old, k)) = bound.first() else { break };
         let now = gain(k, &labels);
         if now < old {
             if now <= 0.0 {
                 bound.remove(0);
             } else {
-                bound[0].0 = now;
+                bound[0].1 = now;
             }
             continue;
         }
