@@ -62,7 +62,6 @@ pub async fn router(
 }
 
 /// Who makes the call.
-#[expect(clippy::result_large_err, reason = "tonic's calls answer with a Status")]
 fn caller(service: &Service, metadata: &MetadataMap) -> Result<Caller, Status> {
     let header = metadata.get("authorization").and_then(|value| value.to_str().ok());
     Ok(service.caller(header)?)

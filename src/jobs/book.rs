@@ -221,10 +221,9 @@ impl Book {
         let mut kept = 0_u64;
         for record in ended {
             kept = kept.saturating_add(record.kept_bytes());
-            if self.expired(&record) || kept > self.config.result_bytes {
-                if let Err(error) = self.forget(record.id).await {
-                    tracing::error!(%error, "an expired job could not be removed");
-                }
+            let over = self.expired(&record) || kept > self.config.result_bytes;
+            if over && let Err(error) = self.forget(record.id).await {
+                tracing::error!(%error, "an expired job could not be removed");
             }
         }
     }

@@ -62,9 +62,10 @@ impl Representation {
     pub fn render(self, answer: Answer, labels: bool) -> Result<Vec<u8>, ServiceError> {
         let mut bytes = Vec::new();
         let written = match self {
-            Self::Json => Ok(serde_json::to_writer(&mut bytes, &answer.document.shown(labels))?),
+            Self::Json => return Ok(serde_json::to_vec(&answer.document.shown(labels))?),
             Self::Protobuf => {
-                Ok(bytes = v1::Segmentation::from(answer.document.shown(labels)).encode_to_vec())
+                let message = v1::Segmentation::from(answer.document.shown(labels));
+                return Ok(message.encode_to_vec());
             }
             Self::Npy => write_labels_npy(&mut bytes, answer.document.labels()),
             Self::Ply => write_labelled_ply(&mut bytes, &answer.cloud, answer.document.labels()),

@@ -26,7 +26,7 @@ pub const OPTIONS: &[ParameterSpec] = &[
     },
     ParameterSpec {
         name: "deadline",
-        kind: ParameterKind::Number { min: 0.0, max: 86_400.0 },
+        kind: ParameterKind::Number { min: 0.1, max: 86_400.0 },
         unit: Some("seconds"),
         default: None,
         help: "Longest time the work may take (the service's own limit when absent)",
@@ -104,7 +104,7 @@ impl Request {
                 }
             }
             "deadline" => {
-                let seconds = text.parse::<f64>().ok().filter(|s| *s > 0.0 && *s <= 86_400.0);
+                let seconds = text.parse::<f64>().ok().filter(|s| (0.1..=86_400.0).contains(s));
                 let seconds = seconds.ok_or_else(|| invalid(name, value))?;
                 self.deadline = Some(Duration::from_secs_f64(seconds));
             }
@@ -178,9 +178,9 @@ mod tests {
         let kind = |name, value| Request::from_pairs([(name, value)]).map_err(|e| e.kind);
         assert_eq!(kind("radius", "1"), Err(ErrorKind::UnknownParameter));
         assert_eq!(kind("format", "dwg"), Err(ErrorKind::UnknownFormat));
-        for (name, value) in [("deadline", "0"), ("deadline", "86401"), ("labels", "some")] {
+        for (name, value) in [("deadline", "0.09"), ("deadline", "86401"), ("labels", "some")] {
             assert_eq!(kind(name, value), Err(ErrorKind::InvalidParameter), "{name}={value}");
         }
-        assert!(kind("deadline", "86400").is_ok());
+        assert!(kind("deadline", "86400").is_ok() && kind("deadline", "0.1").is_ok());
     }
 }

@@ -34,12 +34,15 @@ async fn uploads_beyond_the_byte_budget_are_refused() {
 
 #[tokio::test]
 async fn a_deadline_that_has_passed_ends_the_work() {
-    let running = start(&[]).await;
+    let running = start(&["--threads=1"]).await;
+    let _release = running.block_small_lane();
+    // let the blocking run take the thread first
+    tokio::task::yield_now().await;
     let cloud = clouds::xyz(&clouds::cylinder(2000));
-    let late = running.post("deadline=1e-9", cloud.clone()).await;
+    let late = running.post("deadline=0.1", cloud.clone()).await;
     assert_eq!(problem(late).await, (504, "deadline_exceeded".to_owned()));
     let message =
-        v1::SegmentRequest { cloud: cloud.into(), deadline: Some(1e-9), ..Default::default() };
+        v1::SegmentRequest { cloud: cloud.into(), deadline: Some(0.1), ..Default::default() };
     let status = running.grpc().await.segment(message).await.unwrap_err();
     assert_eq!(reason(&status), (Code::DeadlineExceeded, "deadline_exceeded".to_owned()));
 }
