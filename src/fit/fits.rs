@@ -34,8 +34,11 @@ impl Random {
 
 const SIGMA: f64 = 0.02;
 
-/// Every family, each with the part of it that is seen: a test on coordinates in the shape's frame.
-fn patches() -> Vec<(Shape, fn(&Vec3) -> bool)> {
+/// Whether a place in the shape's frame is seen.
+type Seen = fn(&Vec3) -> bool;
+
+/// Every family, each with the part of it that is seen.
+fn patches() -> Vec<(Shape, Seen)> {
     let (origin, w) = (Vec3::new(30.0, -20.0, 10.0), Vec3::new(0.3, -0.5, 0.8));
     let shape = |family, size| Shape::with_axis(family, origin, w, size);
     let upright = |q: &Vec3| q.z.abs() < 10.0;
@@ -53,7 +56,7 @@ fn patches() -> Vec<(Shape, fn(&Vec3) -> bool)> {
 }
 
 /// `n` exact points of the patch.
-fn exact(shape: &Shape, seen: fn(&Vec3) -> bool, n: usize, random: &mut Random) -> Vec<Vec3> {
+fn exact(shape: &Shape, seen: Seen, n: usize, random: &mut Random) -> Vec<Vec3> {
     let mut out = Vec::new();
     while out.len() < n {
         let mut side = || random.uniform(-18.0, 18.0);

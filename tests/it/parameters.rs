@@ -7,7 +7,7 @@ use conicoid::{
     segment::{Parameters, Segmentation, Silent, segment},
 };
 
-use super::support::truth::{Cloud, Patch, Random};
+use super::support::truth::{Cloud, Patch, Random, smooth};
 
 const SIGMA: f64 = 0.02;
 
@@ -105,6 +105,60 @@ fn a_plane_in_two_places_is_one_region_unless_connectivity_parts_it() {
     assert_eq!(planes(&run(&bench(), &[])), 1);
     assert_eq!(planes(&run(&bench(), &[("connectivity", "29")])), 2);
     assert_eq!(planes(&run(&bench(), &[("connectivity", "31")])), 1);
+}
+
+#[test]
+fn without_merging_the_pieces_of_a_surface_stay_apart() {
+    let found = run(&bench(), &[("merge", "false")]);
+    assert_eq!(types(&found), [PLANE, PLANE, SPHERE, CYLINDER, CYLINDER]);
+}
+
+#[test]
+fn refinement_brings_the_surfaces_nearer_to_the_truth() {
+    // Surfaces with many points: only the last fits look at all of them.
+    let random = &mut Random::new(6);
+    let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
+    let patches = vec![
+        Patch::plane(Vec3::zeros(), 60.0 * x, 60.0 * y, 16_000, random),
+        Patch::cylinder(Vec3::new(120.0, 0.0, 0.0), 60.0 * z, 20.0, [0.0, 3.0], 16_000, random),
+        Patch::sphere(Vec3::new(0.0, 120.0, 30.0), 25.0, |d| d.z > 0.0, 16_000, random),
+    ];
+    let cloud = Cloud::assemble("large", patches, SIGMA, 0, random);
+    let wrong = |refine: &str| {
+        let found = run(&cloud, &[("refine", refine)]);
+        let count = |r: usize, t: usize| {
+            let both = cloud.labels.iter().zip(&found.labels);
+            both.filter(|(a, b)| **a == t as i32 && **b == r as i32).count()
+        };
+        // The distance of the truth's points from the best region's surface, over all of them.
+        let mut sum = 0.0;
+        for t in 0..cloud.surfaces.len() {
+            let best = (0..found.regions.len()).max_by_key(|&r| count(r, t)).unwrap();
+            let quadric = found.regions[best].surface.unwrap().quadric();
+            let truth = cloud.surfaces[t].surface.quadric();
+            let points = cloud.points.iter().zip(&cloud.labels).filter(|(_, l)| **l == t as i32);
+            for (p, _) in points {
+                // A point moved onto the true surface, to first order.
+                let g = truth.gradient(p);
+                let on = p - g * (truth.value(p) / g.norm_squared());
+                sum += quadric.distance(&on).powi(2);
+            }
+        }
+        (sum / cloud.points.len() as f64).sqrt()
+    };
+    let (refined, rough) = (wrong("true"), wrong("false"));
+    assert!(refined < 0.8 * rough, "{refined} {rough}");
+}
+
+#[test]
+fn the_search_stops_after_the_failures_allowed() {
+    let failed = |most: &str| {
+        let found =
+            run(&smooth::make("chain3_outliers", 3).unwrap(), &[("max_failed_seeds", most)]);
+        found.counters.failed_trials
+    };
+    let (few, many) = (failed("2"), failed("50"));
+    assert!(few * 3 < many, "{few} {many}");
 }
 
 #[test]

@@ -1,14 +1,12 @@
 //! What must not change the answer of the default method: pose, place, scale, order, repetition and
 //! the number of threads.
 
-#[path = "../clouds/mod.rs"]
-mod clouds;
-
 use std::collections::HashMap;
 
-use clouds::{Cloud, Random, cad, smooth};
 use conicoid::geometry::{PointCloud, Quadric, Vec3};
 use conicoid::segment::{Parameters, Segmentation, Silent, segment};
+
+use super::support::truth::{Cloud, Random, cad, smooth};
 
 /// Joined elliptic cylinders, separate bodies, and a machined part.
 fn inputs() -> Vec<Cloud> {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::family::Families;
+use super::family::{Families, Policy};
 use super::hypothesis::{Hypothesis, Walk, correlated, correlation, grow};
 use super::label::{members, relabel};
 use super::scene::Scene;
@@ -18,8 +18,6 @@ use crate::segment::{Cancelled, Monitor, Parameters, Stage};
 const BATCH: usize = 8;
 /// Points a hypothesis needs to be kept.
 const MIN_SUPPORT: usize = 30;
-/// Seeds that may fail in a row before the search ends.
-const MAX_FAILURES: usize = 400;
 
 /// The surfaces found in a scene and the label of each of its points.
 #[derive(Clone, Debug, Default)]
@@ -90,7 +88,7 @@ pub fn hypothesise(
     let mut failures_in_a_row = 0;
     let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(n)).collect();
     let mut tried = vec![false; n];
-    while failures_in_a_row < MAX_FAILURES && trials.0 - before < effort.seeds {
+    while failures_in_a_row < families.policy.failures * BATCH && trials.0 - before < effort.seeds {
         monitor.check()?;
         let mut pool: Vec<u32> = (0..n as u32)
             .filter(|&i| {
@@ -372,6 +370,9 @@ const SOUND: f64 = 3.0;
 /// Joins pairs of regions whose joint fit costs less description length: pairs of one family
 /// wherever they lie, and neighbours of unlike families under either one's.
 pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
+    if !families.policy.merge {
+        return 0;
+    }
     let sigma = families.sigma;
     let inverse = 1.0 / (sigma * sigma);
     let mut merges = 0;
@@ -589,8 +590,11 @@ fn converge(
     }
     settle(scene, model, families.sigma, 8);
     for _ in 0..MOVES {
+        if !families.policy.refine {
+            break;
+        }
         monitor.check()?;
-        let gone = super::moves::remove_needless(scene, model, families.sigma);
+        let gone = super::moves::remove_needless(scene, model, families);
         let swapped = super::moves::swap_families(scene, model, families);
         model.merges += merge(scene, model, families);
         settle(scene, model, families.sigma, 8);
@@ -635,8 +639,13 @@ pub fn holds_surface(
     let mut scene = Scene::new((0..m).map(|k| left[k * left.len() / m]).collect());
     scene.sharpen_normals(sigma);
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
-    let families =
-        Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor: sigma };
+    let families = Families {
+        allowed: Family::ALL.to_vec(),
+        sigma,
+        max_radius: 20.0 * extent,
+        floor: sigma,
+        policy: Policy::of(parameters),
+    };
     let effort = Effort { seeds: 64, stop_at_form: false };
     let grown = hypothesise(&scene, &families, effort, parameters.seed, &mut (0, 0), monitor)?;
     let none = vec![-1; m];

@@ -1,10 +1,10 @@
 //! Why a region has its type: the next best one and how much worse it is.
 
-use super::family::Families;
+use super::family::{Families, Policy};
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
-use crate::segment::Evidence;
+use crate::segment::{Evidence, Parameters};
 
 /// Points of a region that the other families are fitted to, evenly taken.
 const SAMPLE: usize = 400;
@@ -21,8 +21,13 @@ pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> 
     // The surface's own normals are better than any estimated from neighbours.
     let normals: Vec<Vec3> = sample.iter().map(|p| shape.offset(p).normal).collect();
     let others = Family::ALL.into_iter().filter(|f| *f != shape.family && *f != Family::Torus);
-    let families =
-        Families { allowed: others.collect(), sigma, floor: 0.0, max_radius: f64::INFINITY };
+    let families = Families {
+        allowed: others.collect(),
+        sigma,
+        floor: 0.0,
+        max_radius: f64::INFINITY,
+        policy: Policy::of(&Parameters::default()),
+    };
     let own = families.polish(shape, &sample, 8).map_or(*shape, |f| f.shape);
     let own = families.score(own, &sample);
     let patch = Patch { points: &sample, normals: &normals };

@@ -4,6 +4,7 @@ use crate::fit::least_squares::{Fitted, Options, fit};
 use crate::fit::starts::{self, Patch};
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
+use crate::segment::Parameters;
 
 /// What may be fitted, and how exact the points are.
 #[derive(Clone, Debug)]
@@ -16,6 +17,27 @@ pub struct Families {
     pub floor: f64,
     /// Largest radius taken seriously; beyond it a plane is meant.
     pub max_radius: f64,
+    /// What the caller allows the search.
+    pub policy: Policy,
+}
+
+/// What the caller allows the search.
+#[derive(Clone, Copy, Debug)]
+pub struct Policy {
+    /// Whether pieces of one surface are joined.
+    pub merge: bool,
+    /// Whether labels, families and surfaces are refined once found.
+    pub refine: bool,
+    /// Draws of seeds, several at a time, that may fail in a row before the search stops.
+    pub failures: usize,
+}
+
+impl Policy {
+    /// The policy that `parameters` ask for.
+    pub fn of(parameters: &Parameters) -> Self {
+        let Parameters { merge, refine, max_failed_seeds, .. } = *parameters;
+        Self { merge, refine, failures: max_failed_seeds }
+    }
 }
 
 /// A fit and its score.

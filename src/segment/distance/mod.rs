@@ -21,7 +21,7 @@ mod uncertainty;
 mod union;
 
 use engine::Model;
-use family::Families;
+use family::{Families, Policy};
 use scene::{Scene, morton_order};
 
 use super::{Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
@@ -79,7 +79,9 @@ fn find(
     monitor.progress(Stage::Refine, 0.85);
     let Discovery { scene, mut model, sigma, noise } = discovery;
     let labelled = label_all(&points, &scene, &model, sigma);
-    finish::finish(&points, &labelled, &mut model.shapes, sigma);
+    if parameters.refine {
+        finish::finish(&points, &labelled, &mut model.shapes, sigma);
+    }
     let (trials, merges) = (model.trials, model.merges);
     let counters =
         Counters { trials: trials.0, failed_trials: trials.1, merges, ..Counters::default() };
@@ -126,8 +128,13 @@ fn discover(
     let sigma = noise.max(form);
     let floor = if parameters.noise_sigma.is_some() { sigma } else { form.max(rounding) };
     scene.sharpen_normals(sigma);
-    let mut families =
-        Families { allowed: Family::ALL.to_vec(), sigma, max_radius: 20.0 * extent, floor };
+    let mut families = Families {
+        allowed: Family::ALL.to_vec(),
+        sigma,
+        max_radius: 20.0 * extent,
+        floor,
+        policy: Policy::of(parameters),
+    };
     monitor.progress(Stage::Grow, 0.1);
     let model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
         Model { labels: vec![-1; m], ..Model::default() }

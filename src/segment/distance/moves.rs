@@ -36,8 +36,10 @@ fn neighbours_of(touching: &BTreeMap<(usize, usize), usize>, regions: usize) -> 
 
 /// Takes out every region whose points its neighbours explain more cheaply than it does, counting
 /// what the surface itself costs. Smallest regions first. Returns how many went.
-pub fn remove_needless(scene: &Scene, model: &mut Model, sigma: f64) -> usize {
-    let inverse = 1.0 / (sigma * sigma);
+pub fn remove_needless(scene: &Scene, model: &mut Model, families: &Families) -> usize {
+    let inverse = 1.0 / (families.sigma * families.sigma);
+    // A surface elsewhere that explains a region is the same surface: whether they join is the user's choice.
+    let elsewhere = families.policy.merge;
     let groups = members(&model.labels, model.shapes.len());
     let around = neighbours_of(&borders(scene, &model.labels), model.shapes.len());
     let mut order: Vec<usize> = (0..groups.len()).collect();
@@ -51,7 +53,11 @@ pub fn remove_needless(scene: &Scene, model: &mut Model, sigma: f64) -> usize {
             continue;
         }
         let mut rise = -(SURFACE + s.family.description_length(n));
-        let near = explaining(scene, model, &groups[b], b, &around[b], inverse);
+        let near = if elsewhere {
+            explaining(scene, model, &groups[b], b, &around[b], inverse)
+        } else {
+            around[b].clone()
+        };
         let mut moved = Vec::with_capacity(n);
         for &i in &groups[b] {
             let p = &scene.points[i as usize];
