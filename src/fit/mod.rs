@@ -5,6 +5,7 @@ mod covariance;
 mod direct;
 #[cfg(test)]
 mod fits;
+mod general;
 pub mod least_squares;
 mod rcond;
 mod scatter;
@@ -15,6 +16,7 @@ mod taubin;
 
 pub use covariance::Spread;
 pub use direct::{direct_fit, direct_fit_through};
+pub use general::general_fit;
 pub use rcond::Condition;
 pub use scatter::{Matrix10, Scatter, Vector10, features};
 pub use section::section_normals;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use conicoid::{
-    geometry::{Surface, SurfaceType, Vec3},
+    geometry::{Quadric, Surface, SurfaceType, Vec3},
     segment::{Parameters, Segmentation, Silent, segment},
 };
 
@@ -80,6 +80,27 @@ fn only_the_surfaces_asked_for_are_reported() {
     assert_eq!(types(&found), [SPHERE]);
     assert!(found.unassigned.reasons["no_quadric"] > 9500, "{:?}", found.unassigned);
     assert_eq!(found.unassigned.reasons.values().sum::<usize>(), found.unassigned.count);
+}
+
+#[test]
+fn other_quadrics_are_found_where_they_are_asked_for() {
+    for (name, surface_type) in [
+        ("saddle", SurfaceType::HyperbolicParaboloid),
+        ("hyperboloid", SurfaceType::HyperboloidOneSheet),
+    ] {
+        let cloud = smooth::make(name, 2).unwrap();
+        assert_eq!(types(&run(&cloud, &[])), [], "{name}");
+        let asked = run(&cloud, &[("surfaces", surface_type.name())]);
+        assert_eq!(types(&asked), [surface_type]);
+        let region = &asked.regions[0];
+        assert!(region.point_count * 100 > 99 * cloud.points.len() && region.surface.is_none());
+        assert!((region.fit.rms / cloud.sigma - 1.0).abs() < 0.05, "{}", region.fit.rms);
+        let quadric = Quadric(region.coefficients);
+        let far = cloud.points.iter().filter(|p| quadric.distance(p) > 5.0 * cloud.sigma);
+        assert_eq!(far.count(), 0);
+    }
+    let cone = run(&smooth::make("saddle", 2).unwrap(), &[("surfaces", "elliptic_cone")]);
+    assert_eq!(types(&cone), []);
 }
 
 #[test]

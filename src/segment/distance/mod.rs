@@ -11,6 +11,7 @@ mod joints;
 mod label;
 mod moves;
 mod noise;
+mod others;
 mod pieces;
 mod reasons;
 mod report;

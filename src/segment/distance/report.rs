@@ -8,31 +8,42 @@ use super::constraints::{Candidate, enforce};
 use super::evidence::evidence;
 use super::joints::{Joint, Known, Scale, joints};
 use super::label::members;
+use super::others::{Other, asked_for};
 use super::reasons::{Reason, explain};
 use super::uncertainty::Uncertainty;
 use super::{Found, place};
-use crate::fit::Shape;
+use crate::fit::Family;
 use crate::geometry::Vec3;
 use crate::segment::{Extent, Fit, Neighbour, Parameters, Region, Segmentation, Unassigned};
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
 pub fn report(parameters: &Parameters, found: Found) -> Segmentation {
     let points = &found.points;
-    let unlabelled: Vec<Vec3> =
-        found.labels.iter().zip(points).filter(|(l, _)| **l < 0).map(|(_, p)| *p).collect();
-    let (kept, mut reasons) = enforce(points, candidates(&found), parameters);
     let density = points.len() as f64 / found.scene.len() as f64;
     let spacing = found.scene.spacing / density.sqrt();
-    for (reason, n) in explain(&unlabelled, spacing, parameters.min_points) {
+    let (candidates, mut free) = candidates(&found, asked_for(parameters));
+    let (kept, mut reasons) = enforce(points, candidates, parameters);
+    let mut labels = labels(&kept, points.len());
+    let mut others = Vec::new();
+    if asked_for(parameters) {
+        others = super::others::others(points, &free, spacing, found.noise, parameters);
+        others.truncate(parameters.max_regions.saturating_sub(kept.len()));
+        for (k, other) in others.iter().enumerate() {
+            other.members.iter().for_each(|&i| labels[i as usize] = (kept.len() + k) as i32);
+        }
+        free.retain(|&i| labels[i as usize] < 0);
+    }
+    let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
+    for (reason, n) in explain(&left, spacing, parameters.min_points) {
         *reasons.entry(reason).or_insert(0) += n;
     }
-    let labels = labels(&kept, points.len());
     let known: Vec<Known> = kept.into_par_iter().map(|c| Known::of(&c, &found)).collect();
     let joints = touching(&known, &labels, &found, density);
     let regions =
         known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
+    let further = others.iter().enumerate().map(|(k, o)| of_other_type(known.len() + k, o, &found));
     Segmentation {
-        regions: regions.collect(),
+        regions: regions.chain(further).collect(),
         unassigned: unassigned(&labels, reasons),
         labels: in_cloud_order(&labels, &found.order),
         parameters: resolved(parameters, &found),
@@ -48,10 +59,40 @@ fn in_cloud_order(labels: &[i32], order: &[u32]) -> Vec<i32> {
     out
 }
 
-fn candidates(found: &Found) -> Vec<Candidate> {
+/// Surfaces with their points, and the points without one; those of tori are free too where other
+/// quadrics than the default ones may lie there.
+fn candidates(found: &Found, free_tori: bool) -> (Vec<Candidate>, Vec<u32>) {
     let groups = members(&found.labels, found.shapes.len());
-    let candidate = |(&shape, members)| Candidate { shape, members, rejected: 0 };
-    found.shapes.iter().zip(groups).map(candidate).collect()
+    let (mut out, mut free) = (Vec::new(), Vec::new());
+    for (&shape, members) in found.shapes.iter().zip(groups) {
+        if free_tori && shape.family == Family::Torus {
+            free.extend(members);
+        } else {
+            out.push(Candidate { shape, members, rejected: 0 });
+        }
+    }
+    free.extend((0..found.labels.len() as u32).filter(|&i| found.labels[i as usize] < 0));
+    free.sort_unstable();
+    (out, free)
+}
+
+/// The region of a quadric that has no engineering parameters here.
+fn of_other_type(id: usize, other: &Other, found: &Found) -> Region {
+    let points: Vec<Vec3> = other.members.iter().map(|&i| found.points[i as usize]).collect();
+    let (coefficients, coefficients_scale) = other.quadric.moved_to(&-found.centre).scaled();
+    Region {
+        id,
+        surface_type: other.surface_type,
+        point_count: points.len(),
+        coefficients: coefficients.0,
+        coefficients_scale,
+        surface: None,
+        uncertainty: None,
+        fit: fit_of(|p| other.quadric.distance(p), &points, 0),
+        evidence: None,
+        extent: extent_of(&points, &found.centre),
+        neighbours: Vec::new(),
+    }
 }
 
 fn labels(kept: &[Candidate], n: usize) -> Vec<i32> {
@@ -89,7 +130,7 @@ impl Known {
             candidate.members.iter().map(|&i| found.points[i as usize]).collect();
         let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
         let shape = candidate.shape.recentred(&centroid);
-        let fit = fit_of(&shape, &points, candidate.rejected);
+        let fit = fit_of(|p| shape.distance(p), &points, candidate.rejected);
         // The points' scatter about their surface tells its form error too.
         let freedom = points.len().saturating_sub(shape.family.dof()).max(1) as f64;
         let sigma = found.noise.max(fit.rms * (points.len() as f64 / freedom).sqrt());
@@ -133,10 +174,10 @@ fn neighbour(joint: &Joint, id: usize) -> Option<Neighbour> {
     Some(Neighbour { region, continuity: joint.continuity, resolution: joint.resolution })
 }
 
-fn fit_of(shape: &Shape, points: &[Vec3], rejected: usize) -> Fit {
+fn fit_of(distance: impl Fn(&Vec3) -> f64, points: &[Vec3], rejected: usize) -> Fit {
     let (mut sum, mut max) = (0.0, 0.0_f64);
     for p in points {
-        let d = shape.distance(p).abs();
+        let d = distance(p).abs();
         sum += d * d;
         max = max.max(d);
     }
