@@ -1,19 +1,25 @@
-# Dependencies are built in a layer of their own, which changes only with Cargo.toml and Cargo.lock.
+# Dependencies are built in a layer of their own, which changes only with Cargo.toml, Cargo.lock and proto/.
 FROM rust:1.95-slim-bookworm AS build
-RUN apt-get update && apt-get install --no-install-recommends -y gcc libc6-dev && rm -rf /var/lib/apt/lists/*
 WORKDIR /build
 COPY Cargo.toml Cargo.lock ./
 COPY proto proto
-RUN mkdir src && echo 'fn main() {}' > src/main.rs && touch src/lib.rs && cargo build --release --locked
+RUN mkdir src data && echo 'fn main() {}' > src/main.rs && touch src/lib.rs \
+    && cargo build --release --locked
 COPY src src
-RUN touch src/main.rs src/lib.rs && cargo build --release --locked && strip target/release/conicoid
+# copied files may be older than the empty ones that were built above
+RUN touch src/main.rs src/lib.rs && cargo build --release --locked --bin conicoid \
+    && strip target/release/conicoid
 
-FROM debian:bookworm-slim
-RUN useradd --system --uid 10001 --no-create-home conicoid
+# glibc and libgcc, without a shell or a package manager
+FROM gcr.io/distroless/cc-debian12:nonroot
 COPY --from=build /build/target/release/conicoid /usr/local/bin/conicoid
-USER 10001
+# a volume mounted here takes over the owner, so that --data-dir can be used without root
+COPY --from=build --chown=10001:10001 /build/data /data
+USER 10001:10001
+# Beyond loopback the service starts with keys or client certificates alone, or with
+# CONICOID_ALLOW_ANONYMOUS=true.
 ENV CONICOID_HTTP=0.0.0.0:8080 CONICOID_GRPC=0.0.0.0:50051 CONICOID_ADMIN=0.0.0.0:9090
 EXPOSE 8080 50051 9090
-HEALTHCHECK --interval=10s --timeout=3s CMD ["conicoid", "health"]
-ENTRYPOINT ["conicoid"]
+HEALTHCHECK --interval=10s --timeout=3s CMD ["/usr/local/bin/conicoid", "health"]
+ENTRYPOINT ["/usr/local/bin/conicoid"]
 CMD ["serve"]

@@ -11,6 +11,7 @@ mod access;
 mod architecture;
 mod bad_input;
 mod contract;
+mod deploy;
 mod jobs;
 mod joints;
 mod parameters;
