@@ -56,6 +56,18 @@ pub fn make(name: &str, seed: u64) -> Option<Cloud> {
     Some(Cloud { sigma: stated, ..cloud })
 }
 
+/// A cloud of about `n` points: `scene` (50 separate quadrics), `part` or `chain3`.
+pub fn sized(kind: &str, n: usize, seed: u64) -> Option<Cloud> {
+    let random = &mut Random::new(seed);
+    let (patches, sigma, _) = match kind {
+        "scene" => (scene(n, 50, random), 0.02, 0.02),
+        "part" => (part(n, random), 0.02, 0.02),
+        "chain3" => noisy(chain3(n, random), 90.0),
+        _ => return None,
+    };
+    Some(Cloud::assemble(kind, patches, sigma, 0, random))
+}
+
 /// Noise as a power ratio to the mean square of all coordinates.
 fn noisy(patches: Vec<Patch>, decibels: f64) -> (Vec<Patch>, f64, f64) {
     let points = || patches.iter().flat_map(|p| &p.points);
