@@ -7,14 +7,16 @@
 //! - floor: one sort along a Morton curve, one pass of the 35 moments of degree four and less for each cell of
 //!   24 points, and one labelling pass against a plane for each cell, on one thread and on all;
 //! - kNN 12: kiddo's 12 nearest neighbours of every point, points sorted, on all threads, the tree ready;
-//! - total: one call of `segment` with default parameters, on all threads and on one; its processor time;
+//! - total: one call of `segment` with default parameters, on all threads and on one;
 //! - memory: peak resident memory during the first call above what was resident before it (the points among
 //!   that), in bytes a point;
 //! - the stages of the call on all threads;
 //! - the growth exponent: slope of log time over log points, from 100k points to the most.
 //!
-//! A second table gives one call on three joined elliptic cylinders, by either method. Times are wall-clock
-//! seconds, the least of a few runs; each cloud has a process of its own, so that none sees another's memory.
+//! Wall-clock times are the least of up to three runs, in seconds. Where others use the machine they say little, so
+//! floor, neighbours and total stand also in processor seconds of all threads. The last table gives one call
+//! on three joined elliptic cylinders by either method. Each cloud has a process of its own, so that none sees
+//! another's memory. Linux only: memory and processor time are read from /proc.
 
 #[path = "../../tests/clouds/mod.rs"]
 mod clouds;
@@ -57,24 +59,25 @@ fn main() -> ExitCode {
 }
 
 fn whole(sizes: &[usize]) -> Outcome<()> {
-    println!(
-        "cloud    points |   parse floor/1   floor  kNN 12   total total/1  cpu  | x floor x kNN 1/all  B/pt"
-    );
-    let mut stages = Vec::new();
+    println!("wall seconds    |{}", measure::WALL);
+    let (mut cpu, mut stages) = (Vec::new(), Vec::new());
     for scene in SCENES {
         let mut totals = Vec::new();
         for &n in sizes {
             let figures = in_child(scene, n)?;
-            println!("{scene:6} {n:8} | {figures}");
-            totals.push((n as f64, figures.total));
-            stages.push(format!("{scene:6} {n:8} | {}", figures.stage_row()));
+            println!("{scene:6} {n:8} |{}", figures.wall_row());
+            cpu.push(format!("{scene:6} {n:8} |{}", figures.cpu_row()));
+            stages.push(format!("{scene:6} {n:8} |{}", figures.stage_row()));
+            totals.push((n as f64, figures.total.wall));
         }
         if let Some(exponent) = exponent(&totals) {
             println!("{scene:6} growth exponent {exponent:.2}");
         }
     }
+    println!("\nprocessor sec.  |{}", measure::CPU);
+    cpu.iter().for_each(|row| println!("{row}"));
     let names: String = Stage::ALL.iter().map(|s| format!("{:>8}", s.name())).collect();
-    println!("\nstages          |{names} | regions");
+    println!("\nstages, wall    |{names} | regions");
     stages.iter().for_each(|row| println!("{row}"));
     println!("\nchain3   points |  method  seconds  regions");
     for n in [10_000, 100_000] {

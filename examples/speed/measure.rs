@@ -1,6 +1,12 @@
 //! The figures of one cloud.
 
-use std::{error::Error, fmt, fs, path::Path, sync::Mutex, time::Instant};
+use std::{
+    error::Error,
+    fs,
+    path::Path,
+    sync::Mutex,
+    time::{Duration, Instant},
+};
 
 use conicoid::{
     formats::{Limits, read},
@@ -13,70 +19,87 @@ use serde::{Deserialize, Serialize};
 use super::{
     clouds::smooth,
     floor::{floor, neighbours, sorted, tree},
-    process::{least, memory, reset_peak},
+    process::{Spent, least, memory, reset_peak},
 };
 
 pub type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
-/// What the example prints about one cloud; times in seconds.
+/// What the example prints about one cloud.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Figures {
-    parse: f64,
-    floor_one_thread: f64,
-    floor: f64,
-    neighbours: f64,
-    pub total: f64,
-    total_one_thread: f64,
-    total_cpu: f64,
+    parse: Spent,
+    floor_one_thread: Spent,
+    floor: Spent,
+    neighbours: Spent,
+    pub total: Spent,
+    total_one_thread: Spent,
     bytes_per_point: f64,
+    /// Wall-clock seconds.
     stages: Vec<f64>,
     regions: usize,
 }
 
-impl fmt::Display for Figures {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for time in [
+/// Heads of the columns of `wall_row`, `cpu_row` and `stage_row`.
+pub const WALL: &str =
+    "   parse floor/1   floor  kNN 12   total total/1 | x floor x kNN 1/all  B/pt";
+pub const CPU: &str = "   floor  kNN 12   total | x floor x kNN";
+
+impl Figures {
+    /// Wall-clock seconds, their ratios, and memory.
+    pub fn wall_row(&self) -> String {
+        let times = [
             self.parse,
             self.floor_one_thread,
             self.floor,
             self.neighbours,
             self.total,
             self.total_one_thread,
-        ] {
-            write!(f, "{time:7.4} ")?;
-        }
-        write!(f, "{:5.2} | {:7.1} ", self.total_cpu, self.total / self.floor)?;
-        write!(f, "{:5.2} ", self.total / self.neighbours)?;
-        write!(f, "{:5.2} {:5.0}", self.total_one_thread / self.total, self.bytes_per_point)
+        ];
+        let (total, floor, nearest) = (self.total.wall, self.floor.wall, self.neighbours.wall);
+        format!(
+            "{} | {:7.1} {:5.2} {:5.2} {:5.0}",
+            columns(times.map(|t| t.wall)),
+            total / floor,
+            total / nearest,
+            self.total_one_thread.wall / total,
+            self.bytes_per_point
+        )
+    }
+
+    /// Processor seconds and their ratios.
+    pub fn cpu_row(&self) -> String {
+        let [floor, nearest, total] = [self.floor, self.neighbours, self.total].map(|t| t.cpu);
+        let times = columns([floor, nearest, total]);
+        format!("{times} | {:7.1} {:5.2}", total / floor, total / nearest)
+    }
+
+    /// Wall-clock seconds of every stage, and the number of regions.
+    pub fn stage_row(&self) -> String {
+        format!("{} | {:7}", columns(self.stages.iter().copied()), self.regions)
     }
 }
 
-impl Figures {
-    /// The time of every stage and the number of regions.
-    pub fn stage_row(&self) -> String {
-        let times: String = self.stages.iter().map(|t| format!("{t:8.4}")).collect();
-        format!("{times} | {}", self.regions)
-    }
+fn columns(times: impl IntoIterator<Item = f64>) -> String {
+    times.into_iter().map(|t| format!("{t:8.4}")).collect()
 }
 
 /// Measures the PLY file and prints its figures as JSON.
 pub fn child(file: &Path) -> Outcome<()> {
     let bytes = fs::read(file)?;
-    let runs = if bytes.len() > 100_000_000 { 1 } else { 3 };
+    let runs = if bytes.len() > 10_000_000 { 1 } else { 3 };
     let (parse, cloud) = least(runs, || read(&bytes, None, &Limits::default()));
     let cloud = cloud?;
     drop(bytes);
     let resident = memory("VmRSS");
     reset_peak()?;
-    run(&cloud, &Silent)?;
+    let (stages, sigma) = staged(&cloud)?;
     let bytes_per_point = (memory("VmHWM") - resident) / cloud.points.len() as f64;
 
     let one = ThreadPoolBuilder::new().num_threads(1).build()?;
-    let (stages, sigma) = staged(&cloud)?;
     let (total, found) = least(runs, || run(&cloud, &Silent));
     let (total_one_thread, _) = one.install(|| least(runs, || run(&cloud, &Silent)));
-    let (least_work, _) = least(runs, || floor(&cloud.points, 3.0 * sigma));
-    let (floor_one_thread, _) = one.install(|| least(runs, || floor(&cloud.points, 3.0 * sigma)));
+    let (least_work, _) = least(3, || floor(&cloud.points, 3.0 * sigma));
+    let (floor_one_thread, _) = one.install(|| least(3, || floor(&cloud.points, 3.0 * sigma)));
     let sorted = sorted(&cloud.points);
     let tree = tree(&sorted).ok_or("no tree of these points")?;
     let (nearest, sum) = least(runs, || neighbours(&tree, &sorted));
@@ -84,13 +107,12 @@ pub fn child(file: &Path) -> Outcome<()> {
         return Err("a neighbour is infinitely far".into());
     }
     let figures = Figures {
-        parse: parse.wall,
-        floor_one_thread: floor_one_thread.wall,
-        floor: least_work.wall,
-        neighbours: nearest.wall,
-        total: total.wall,
-        total_one_thread: total_one_thread.wall,
-        total_cpu: total.cpu,
+        parse,
+        floor_one_thread,
+        floor: least_work,
+        neighbours: nearest,
+        total,
+        total_one_thread,
         bytes_per_point,
         stages,
         regions: found?.regions.len(),
@@ -126,7 +148,7 @@ fn staged(cloud: &PointCloud) -> Outcome<(Vec<f64>, f64)> {
     let ends = heard.iter().skip(1).map(|h| h.1).chain([end]);
     let spans: Vec<_> = heard.iter().zip(ends).map(|(h, end)| (h.0, end - h.1)).collect();
     let seconds =
-        |stage| spans.iter().filter(|s| s.0 == stage).map(|s| s.1.as_secs_f64()).sum::<f64>();
+        |stage| spans.iter().filter(|s| s.0 == stage).map(|s| s.1).sum::<Duration>().as_secs_f64();
     let sigma = found.parameters.noise_sigma.unwrap_or_default();
     Ok((Stage::ALL.map(seconds).into(), sigma))
 }

@@ -2,8 +2,10 @@
 
 use std::{fs, time::Instant};
 
+use serde::{Deserialize, Serialize};
+
 /// Wall-clock and processor seconds of a piece of work.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Spent {
     pub wall: f64,
     pub cpu: f64,
@@ -27,15 +29,14 @@ pub fn least<T>(times: usize, mut work: impl FnMut() -> T) -> (Spent, T) {
     (best, done)
 }
 
-/// Processor time of all threads so far, in steps of 10 ms; 0 where the system does not tell.
+/// Processor time of all living threads so far; 0 where the system does not tell.
 pub fn cpu_seconds() -> f64 {
-    const TICKS_A_SECOND: f64 = 100.0;
-    let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // the command's name, in parentheses, may hold blanks
-    let rest = stat.rsplit(')').next().unwrap_or_default();
-    let ticks: f64 =
-        rest.split_whitespace().skip(11).take(2).filter_map(|t| t.parse::<f64>().ok()).sum();
-    ticks / TICKS_A_SECOND
+    let Ok(threads) = fs::read_dir("/proc/self/task") else { return 0.0 };
+    let nanoseconds = |thread: fs::DirEntry| -> Option<f64> {
+        let line = fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        line.split_whitespace().next()?.parse().ok()
+    };
+    1e-9 * threads.flatten().filter_map(nanoseconds).sum::<f64>()
 }
 
 /// A figure of `/proc/self/status` in bytes, such as `VmRSS` or `VmHWM`.
