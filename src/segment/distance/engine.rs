@@ -364,6 +364,9 @@ pub fn borders(scene: &Scene, labels: &[i32]) -> std::collections::BTreeMap<(usi
     out
 }
 
+/// Points of each region that a joint fit looks at: too few cannot tell apart two large planes a
+/// sigma from each other.
+const MERGE_SAMPLE: usize = 1500;
 /// Mean truncated chi2 above which a surface does not describe a set of points.
 const SOUND: f64 = 3.0;
 
@@ -378,7 +381,7 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
     let mut merges = 0;
     loop {
         let groups = members(&model.labels, model.shapes.len());
-        let samples: Vec<Vec<Vec3>> = groups.iter().map(|g| take(scene, g, 300)).collect();
+        let samples: Vec<Vec<Vec3>> = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
         let m = model.shapes.len();
         let touching = borders(scene, &model.labels);
         let mut pairs = Vec::new();

@@ -31,12 +31,12 @@ use crate::geometry::{PointCloud, Vec3};
 
 /// What the default method found.
 pub struct Found {
-    /// The cloud's points relative to `centre`, in Morton order.
+    /// The cloud's distinct points relative to `centre`, in Morton order.
     pub points: Vec<Vec3>,
     /// The cloud's centre.
     pub centre: Vec3,
-    /// Each point's place in the cloud.
-    pub order: Vec<u32>,
+    /// Where each of the cloud's points stands in `points`.
+    pub places: Vec<u32>,
     /// Each region's surface, relative to `centre`; tori, which are not reported, among them.
     pub shapes: Vec<Shape>,
     /// Each point's region, -1 = none.
@@ -69,10 +69,8 @@ fn find(
     monitor: &dyn Monitor,
 ) -> Result<Found, SegmentError> {
     monitor.progress(Stage::Prepare, 0.0);
-    let n = cloud.len();
-    let centre = cloud.iter().sum::<Vec3>() / n as f64;
-    let order = morton_order(cloud);
-    let points: Vec<Vec3> = order.iter().map(|&i| cloud[i as usize] - centre).collect();
+    let (points, centre, places) = distinct_points(cloud);
+    let n = points.len();
     let mut discovery = discover(&points, COARSE, parameters, monitor)?;
     if n > COARSE && !enough(&points, &discovery, parameters, monitor)? {
         discovery = discover(&points, FINE, parameters, monitor)?;
@@ -87,7 +85,28 @@ fn find(
     let counters =
         Counters { trials: trials.0, failed_trials: trials.1, merges, ..Counters::default() };
     let (shapes, labels) = (model.shapes, labelled.labels);
-    Ok(Found { points, centre, order, shapes, labels, noise, scene, counters })
+    Ok(Found { points, centre, places, shapes, labels, noise, scene, counters })
+}
+
+/// The distinct points of a cloud in Morton order relative to their centre, that centre, and where each
+/// point of the cloud stands among them. Copies of a point say nothing new, and would fill its
+/// neighbourhood.
+fn distinct_points(cloud: &[Vec3]) -> (Vec<Vec3>, Vec3, Vec<u32>) {
+    let order = morton_order(cloud);
+    // Summed in this order: the centre must not depend on the order of the input.
+    let centre = order.iter().map(|&i| cloud[i as usize]).sum::<Vec3>() / cloud.len() as f64;
+    let mut points: Vec<Vec3> = Vec::with_capacity(cloud.len());
+    let mut places = vec![0; cloud.len()];
+    let mut last = None;
+    for i in order {
+        let p = cloud[i as usize];
+        if last != Some(p) {
+            points.push(p - centre);
+            last = Some(p);
+        }
+        places[i as usize] = points.len() as u32 - 1;
+    }
+    (points, centre, places)
 }
 
 /// The place among `n` points of the `k`-th of `m` taken evenly.

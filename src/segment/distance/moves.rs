@@ -306,12 +306,35 @@ fn candidates(
     let normals: Vec<Vec3> =
         (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect();
     let current = model.shapes[region];
-    let all = families.each(&Patch { points: &points, normals: &normals }, &[current]);
-    all.into_iter()
-        .filter(|s| s.shape.family != current.family && s.reduced < 4.0)
-        .filter(|s| {
-            s.shape.family.dof() <= current.family.dof() + 2 || s.shape.family == Family::Torus
+    let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
+    let size = points.iter().map(|p| (p - centroid).norm()).fold(0.0, f64::max);
+    let osculating = osculating_cylinder(&current, &points);
+    let warm: Vec<Shape> = osculating.into_iter().chain([current]).collect();
+    let all = families.each(&Patch { points: &points, normals: &normals }, &warm);
+    osculating
+        .into_iter()
+        .chain(all.into_iter().filter(|s| s.reduced < 4.0).map(|s| s.shape))
+        .filter(|s| s.family != current.family)
+        .filter(|s| match s.family {
+            // A tube far wider than the patch is no fillet and no elbow, but a plane with leaked points.
+            Family::Torus => s.size[1] < 2.0 * size,
+            family => family.dof() <= current.family.dof() + 2,
         })
-        .map(|s| s.shape)
         .collect()
+}
+
+/// The cylinder that an elliptic one is where its points lie: fillets whose labels leak over their
+/// joints look like the tip of an ellipse.
+fn osculating_cylinder(s: &Shape, points: &[Vec3]) -> Option<Shape> {
+    if s.family != Family::EllipticCylinder || points.is_empty() {
+        return None;
+    }
+    let centroid = points.iter().sum::<Vec3>() / points.len() as f64;
+    let o = s.offset(&centroid);
+    let q = s.frame.tr_mul(&(centroid - o.normal * o.distance - s.origin));
+    let [a, b, _] = s.size;
+    let radius = ((a * q.y / b).powi(2) + (b * q.x / a).powi(2)).powf(1.5) / (a * b);
+    let axis = centroid - o.normal * (o.distance + radius);
+    let shape = Shape::with_axis(Family::Cylinder, axis, s.w(), [radius, 0.0, 0.0]);
+    shape.is_proper().then_some(shape)
 }

@@ -26,6 +26,8 @@ pub enum Reason {
     NoQuadric,
     /// Its region is not among the `max_regions` largest.
     OverMaxRegions,
+    /// A further copy of a point that another reason counts.
+    Duplicate,
 }
 
 impl Reason {
@@ -36,6 +38,7 @@ impl Reason {
             Self::TooSmall => "too_small",
             Self::NoQuadric => "no_quadric",
             Self::OverMaxRegions => "over_max_regions",
+            Self::Duplicate => "duplicate",
         }
     }
 }

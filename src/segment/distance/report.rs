@@ -39,24 +39,35 @@ pub fn report(parameters: &Parameters, found: Found) -> Segmentation {
     }
     let known: Vec<Known> = kept.into_par_iter().map(|c| Known::of(&c, &found)).collect();
     let joints = touching(&known, &labels, &found, density);
-    let regions =
-        known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
+    let first = known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
     let further = others.iter().enumerate().map(|(k, o)| of_other_type(known.len() + k, o, &found));
+    let mut regions: Vec<Region> = first.chain(further).collect();
+    let labels = in_cloud_order(&labels, &found.places);
+    count_points(&mut regions, &labels);
     Segmentation {
-        regions: regions.chain(further).collect(),
+        regions,
         unassigned: unassigned(&labels, reasons),
-        labels: in_cloud_order(&labels, &found.order),
+        labels,
         parameters: resolved(parameters, &found),
         counters: found.counters,
     }
 }
 
-fn in_cloud_order(labels: &[i32], order: &[u32]) -> Vec<i32> {
-    let mut out = vec![-1; labels.len()];
-    for (&label, &place) in labels.iter().zip(order) {
-        out[place as usize] = label;
+fn in_cloud_order(labels: &[i32], places: &[u32]) -> Vec<i32> {
+    places.iter().map(|&k| labels[k as usize]).collect()
+}
+
+/// Copies of a point count as points of its region, though the fit saw it once.
+fn count_points(regions: &mut [Region], labels: &[i32]) {
+    let mut counts = vec![0; regions.iter().map(|r| r.id + 1).max().unwrap_or(0)];
+    for &l in labels {
+        if let Some(c) = usize::try_from(l).ok().and_then(|l| counts.get_mut(l)) {
+            *c += 1;
+        }
     }
-    out
+    for r in regions {
+        r.point_count = counts[r.id];
+    }
 }
 
 /// Surfaces with their points, and the points without one; those of tori are free too where other
@@ -105,6 +116,11 @@ fn labels(kept: &[Candidate], n: usize) -> Vec<i32> {
 
 fn unassigned(labels: &[i32], reasons: BTreeMap<Reason, usize>) -> Unassigned {
     let count = labels.iter().filter(|l| **l < 0).count();
+    let distinct: usize = reasons.values().sum();
+    let mut reasons = reasons;
+    if count > distinct {
+        reasons.insert(Reason::Duplicate, count - distinct);
+    }
     let named = reasons.into_iter().filter(|(_, n)| *n > 0).map(|(r, n)| (r.name(), n));
     Unassigned { count, reasons: named.collect() }
 }
