@@ -142,6 +142,11 @@ fn ellipse(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, Matrix2<f64>, [f64;
 pub fn cylinder_axes(patch: &Patch<'_>, quadric: Option<&LocalQuadric>) -> Vec<Vec3> {
     let m = patch.normals.iter().fold(Mat3::zeros(), |m, n| m + n * n.transpose());
     let mut axes = vec![eigen3(&m).1[0]];
+    // A strip has no normals to speak of, but lies along its axis.
+    let (spread, directions) = eigen3(&covariance(patch.points.iter().copied()).1);
+    if spread[2] > 9.0 * spread[1] {
+        axes.push(directions[2]);
+    }
     if let Some(q) = quadric {
         let e = SymmetricEigen::new(q.e);
         let k = e.eigenvalues.iamin();

@@ -617,7 +617,11 @@ fn drop_correlated(scene: &Scene, model: &mut Model, sigma: f64) {
         .shapes
         .iter()
         .zip(&groups)
-        .map(|(s, g)| !correlated(correlation(scene, s, g, sigma), g.len()))
+        .enumerate()
+        .map(|(l, (s, g))| {
+            let inside = |j: u32| model.labels[j as usize] == l as i32;
+            !correlated(correlation(scene, s, g, sigma, inside), g.len())
+        })
         .collect();
     for l in &mut model.labels {
         if *l >= 0 && !keep[*l as usize] {

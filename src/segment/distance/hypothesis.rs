@@ -37,7 +37,15 @@ pub fn correlated(correlation: f64, n: usize) -> bool {
 /// The mean product of neighbouring residuals over their mean square, on a sample of `support`: near 0
 /// for a surface that explains its points, towards 1 where a form error is left. 0 where residuals
 /// are far below `sigma`, so that rounding does not count as form.
-pub fn correlation(scene: &Scene, shape: &Shape, support: &[u32], sigma: f64) -> f64 {
+///
+/// Only neighbours that are `inside` the support count: those beyond a joint lie on one side.
+pub fn correlation(
+    scene: &Scene,
+    shape: &Shape,
+    support: &[u32],
+    sigma: f64,
+    inside: impl Fn(u32) -> bool,
+) -> f64 {
     let m = support.len().min(600);
     let (mut product, mut square, mut count) = (0.0, 0.0, 0);
     for k in 0..m {
@@ -45,9 +53,8 @@ pub fn correlation(scene: &Scene, shape: &Shape, support: &[u32], sigma: f64) ->
         let r = shape.distance(&scene.points[i]);
         let (mut sum, mut near) = (0.0, 0);
         for &j in scene.neighbours(i).iter().take(6) {
-            let d = shape.distance(&scene.points[j as usize]);
-            if d.abs() < REACH * sigma {
-                sum += d;
+            if inside(j) {
+                sum += shape.distance(&scene.points[j as usize]);
                 near += 1;
             }
         }
@@ -72,6 +79,11 @@ impl Walk {
     /// Scratch for a scene of `n` points.
     pub fn new(n: usize) -> Self {
         Self { stamp: vec![0; n], now: 0, queue: Vec::new() }
+    }
+
+    /// Whether the last walk entered point `i`.
+    pub fn contains(&self, i: u32) -> bool {
+        self.stamp[i as usize] == self.now
     }
 
     /// Breadth-first walk from `from`, entering the points that `enter(from, to)` lets in, up to
@@ -126,10 +138,17 @@ fn sample(
     }
 }
 
-/// The start set of a seed: connected points whose chords lie in the tangent planes.
-fn start_set(scene: &Scene, walk: &mut Walk, seed: usize, size: usize, sigma: f64) -> Vec<u32> {
+/// The start set of a seed: connected points whose chords lie in the tangent planes at that noise, or simply
+/// connected ones.
+fn start_set(
+    scene: &Scene,
+    walk: &mut Walk,
+    seed: usize,
+    size: usize,
+    tangent: Option<f64>,
+) -> Vec<u32> {
     let set = walk.run(scene, &[seed as u32], size, |from, to| {
-        let Some(from) = from else { return true };
+        let (Some(from), Some(sigma)) = (from, tangent) else { return true };
         let d = scene.points[to] - scene.points[from];
         let length = d.norm();
         let slack = 3.0 * sigma;
@@ -141,8 +160,9 @@ fn start_set(scene: &Scene, walk: &mut Walk, seed: usize, size: usize, sigma: f6
 }
 
 /// Start sizes, tried in turn at each seed: a large start sees curvature through the noise, a small
-/// one fits into a small face or beside a joint.
-const START_SIZES: [usize; 3] = [160, 60, 30];
+/// one fits into a small face or beside a joint. The last does not ask for tangent planes, which strips a
+/// point or two wide do not have.
+const START_SIZES: [(usize, bool); 4] = [(160, true), (60, true), (30, true), (30, false)];
 
 /// Grows a hypothesis from `seed`; `None` where nothing fits from any start size, or where what fits
 /// does not reach `min_points`.
@@ -153,8 +173,9 @@ pub fn grow(
     seed: usize,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    START_SIZES.iter().find_map(|&size| {
-        grow_from(scene, walk, families, seed, size).filter(|h| h.support.len() >= min_points)
+    START_SIZES.iter().find_map(|&(size, tangent)| {
+        let start = start_set(scene, walk, seed, size, tangent.then_some(families.sigma));
+        grow_from(scene, walk, families, start, size).filter(|h| h.support.len() >= min_points)
     })
 }
 
@@ -162,12 +183,12 @@ fn grow_from(
     scene: &Scene,
     walk: &mut Walk,
     families: &Families,
-    seed: usize,
+    start: Vec<u32>,
     size: usize,
 ) -> Option<Hypothesis> {
     let sigma = families.sigma;
     let (mut points, mut normals) = (Vec::new(), Vec::new());
-    let mut support = start_set(scene, walk, seed, size, sigma);
+    let mut support = start;
     if support.len() < size.min(24) {
         return None;
     }
@@ -230,7 +251,8 @@ fn grow_from(
         good = Some((shape, support));
     }
     good.map(|(shape, support)| {
-        let correlation = correlation(scene, &shape, &support, sigma);
+        walk.run(scene, &support, support.len(), |from, _| from.is_none());
+        let correlation = correlation(scene, &shape, &support, sigma, |j| walk.contains(j));
         Hypothesis { shape, support, correlation }
     })
 }
