@@ -60,8 +60,8 @@ impl Family {
             Self::Cone => 8.0,
             Self::Sphere => 10.0,
             Self::Torus => 18.0,
-            Self::EllipticCylinder => 26.0,
-            Self::Ellipsoid => 40.0,
+            Self::EllipticCylinder => 40.0,
+            Self::Ellipsoid => 60.0,
         };
         self.dof() as f64 * (n.max(2) as f64).ln() + prior
     }
