@@ -1,5 +1,7 @@
 //! Orthogonal-distance least squares by Levenberg and Marquardt.
 
+#![expect(clippy::needless_range_loop, reason = "triangles of small matrices read best by index")]
+
 use super::shape::{MAX_DOF, Shape};
 use crate::geometry::Vec3;
 

@@ -122,10 +122,10 @@ fn simplest(shape: &Shape, points: &[Vec3], weights: &[f64], total: f64, inverse
     };
     let Some(mut best) = fitted(shape, o.steps) else { return *shape };
     for s in nested(&best.1) {
-        if let Some(f) = fitted(&s, 15) {
-            if f.0 < best.0 {
-                best = f;
-            }
+        if let Some(f) = fitted(&s, 15)
+            && f.0 < best.0
+        {
+            best = f;
         }
     }
     best.1

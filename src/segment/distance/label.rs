@@ -101,10 +101,10 @@ fn best_label(scene: &Scene, shapes: &[Shape], labels: &[i32], i: usize, inverse
     }
     let mut best = (f64::INFINITY, -1);
     for &l in &candidates[..m] {
-        if let Some(e) = energy(scene, shapes, labels, i, l, inverse) {
-            if e < best.0 {
-                best = (e, l);
-            }
+        if let Some(e) = energy(scene, shapes, labels, i, l, inverse)
+            && e < best.0
+        {
+            best = (e, l);
         }
     }
     best.1

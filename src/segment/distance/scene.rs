@@ -48,7 +48,7 @@ impl Scene {
                     let found = tree.query(&raw[i]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
                     let mut m = 0;
                     for f in &found {
-                        let j = f.item as u32;
+                        let j = f.item;
                         if j as usize != i && m < K {
                             out[m] = j;
                             m += 1;

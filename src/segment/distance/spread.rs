@@ -49,8 +49,8 @@ pub fn spread(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> Labe
                 if q != stretch {
                     stretch = q;
                     candidates.clear();
-                    for s in q.saturating_sub(1)..(q + 2).min(m) {
-                        for &l in &around[s] {
+                    for beside in &around[q.saturating_sub(1)..(q + 2).min(m)] {
+                        for &l in beside {
                             if !candidates.contains(&l) {
                                 candidates.push(l);
                             }
