@@ -6,6 +6,9 @@ use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Parameters;
 
+/// Points that every family is first tried on where all are wanted.
+const SCREEN: usize = 250;
+
 /// What may be fitted, and how exact the points are.
 #[derive(Clone, Debug)]
 pub struct Families {
@@ -103,7 +106,27 @@ impl Families {
         self.fit_in_turn(patch, warm, true)
     }
 
+    /// Every family on a few points, then those that come near explaining them on all.
+    fn screened(&self, patch: &Patch<'_>, warm: &[Shape]) -> Vec<Scored> {
+        let n = patch.points.len();
+        let thin = |v: &[Vec3]| (0..SCREEN).map(|k| v[k * n / SCREEN]).collect::<Vec<_>>();
+        let (points, normals) = (thin(patch.points), thin(patch.normals));
+        let few = Patch { points: &points, normals: &normals };
+        let tried = self.fit_in_turn(&few, warm, true);
+        let least = tried.iter().map(|s| s.chi2).fold(f64::INFINITY, f64::min);
+        tried
+            .into_iter()
+            .filter(|s| s.chi2 < 1.5 * least + 100.0)
+            .filter_map(|s| self.polish(&s.shape, patch.points, 8))
+            .filter(|f| !self.degenerate(&f.shape))
+            .map(|f| self.score(f.shape, patch.points))
+            .collect()
+    }
+
     fn fit_in_turn(&self, patch: &Patch<'_>, warm: &[Shape], all: bool) -> Vec<Scored> {
+        if all && patch.points.len() > 2 * SCREEN {
+            return self.screened(patch, warm);
+        }
         let n = patch.points.len();
         let quadrics = std::cell::OnceCell::new();
         let mut seen: Vec<Shape> = warm.to_vec();
