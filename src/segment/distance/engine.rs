@@ -203,7 +203,9 @@ fn judge_form(
         let looser = Families { sigma: families.sigma * k, ..families.clone() };
         let grown = hypothesise(scene, &looser, effort, seed, trials, monitor)?;
         let sliding = sliding_share(scene, &grown.hypotheses);
-        if sliding < 0.3 {
+        // Few seeds cover a scene of surfaces; freeform takes all there are and is not covered yet.
+        let covered = grown.hypotheses.len() * 4 < effort.seeds * 3;
+        if sliding < 0.3 || (covered && sliding < 0.45) {
             return Ok(Form::Surfaces(looser.sigma));
         }
         if sliding > 0.45 {
