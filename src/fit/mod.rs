@@ -1,12 +1,16 @@
 //! Fits: the scatter matrix, its condition and the seed's direct fit; starts without iteration,
 //! orthogonal-distance least squares and their uncertainty.
 
+mod columns;
 mod covariance;
 mod direct;
 #[cfg(test)]
 mod fits;
 mod general;
+mod kernels;
 pub mod least_squares;
+mod linearised;
+mod normal;
 mod rcond;
 mod scatter;
 mod section;
