@@ -91,10 +91,9 @@ fn run<const P: usize>(
     rows: bool,
 ) -> Evaluated {
     let placed = Placed::of(shape);
-    let mut sums = Normal { weight: points.total, ..Normal::default() };
     let mut robust = Robust::new(loss, points.even);
-    let mut d = [0.0; CHUNK];
-    let mut j = [[0.0; CHUNK]; MAX_DOF];
+    let mut columns = [[0.0; CHUNK]; COLUMNS];
+    let mut parts = [[[0.0; LANES]; COLUMNS]; P];
     let n = points.x.len();
     let mut from = 0;
     while from < n {
@@ -102,11 +101,11 @@ fn run<const P: usize>(
         let (x, y, z) = (&points.x[from..to], &points.y[from..to], &points.z[from..to]);
         let given = &points.weight[from..to];
         if rows {
-            fill_rows(kernel, &placed, x, y, z, &mut d, &mut j);
-            let weight = robust.add(&d[..to - from], given);
-            add_products::<P>(&d, &j, weight, &mut sums);
+            fill_rows(kernel, &placed, x, y, z, &mut columns);
+            let weight = robust.add(&columns[0][..to - from], given);
+            add_products::<P>(&columns, weight, &mut parts);
         } else {
-            let d = &mut d[..x.len()];
+            let d = &mut columns[0][..x.len()];
             for (((d, x), y), z) in d.iter_mut().zip(x).zip(y).zip(z) {
                 *d = kernel.distance(placed.local(*x, *y, *z));
             }
@@ -114,7 +113,7 @@ fn run<const P: usize>(
         }
         from = to;
     }
-    Evaluated { cost: robust.total(), normal: sums }
+    Evaluated { cost: robust.total(), normal: normal::<P>(&parts, points.total) }
 }
 
 /// Distances and derivatives of a chunk of points.
@@ -125,51 +124,74 @@ fn fill_rows<const P: usize>(
     x: &[f64],
     y: &[f64],
     z: &[f64],
-    d: &mut [f64; CHUNK],
-    j: &mut [[f64; CHUNK]; MAX_DOF],
+    columns: &mut [[f64; CHUNK]; COLUMNS],
 ) {
     let n = x.len().min(CHUNK);
     let (x, y, z) = (&x[..n], &y[..n], &z[..n]);
     for i in 0..n {
         let (distance, row) = kernel.row(placed.local(x[i], y[i], z[i]));
-        d[i] = distance;
+        columns[0][i] = distance;
         for a in 0..P {
-            j[a][i] = row[a];
+            columns[a + 1][i] = row[a];
         }
     }
 }
 
-/// Adds a chunk's w J'J and w J'd.
+/// Products of one column with several others, whose sums stay in registers meanwhile.
+const TILE: usize = 4;
+/// The distance and the derivatives, filled up to whole tiles.
+const COLUMNS: usize = (MAX_DOF + 1).next_multiple_of(TILE);
+/// Sums of products of two columns, in parts.
+type Parts = [[f64; LANES]; COLUMNS];
+
+/// Adds a chunk's products of weight, column a and column b <= a; column 0 is the distance, whose row has
+/// no place of its own.
 #[inline(always)]
 fn add_products<const P: usize>(
-    d: &[f64; CHUNK],
-    j: &[[f64; CHUNK]; MAX_DOF],
+    columns: &[[f64; CHUNK]; COLUMNS],
     weight: &[f64],
-    sums: &mut Normal,
+    parts: &mut [Parts; P],
 ) {
     let n = weight.len().min(CHUNK);
     let mut weighed = [0.0; CHUNK];
-    for a in 0..P {
+    for a in 1..=P {
         for i in 0..n {
-            weighed[i] = weight[i] * j[a][i];
+            weighed[i] = weight[i] * columns[a][i];
         }
-        sums.jr[a] += dot(&weighed[..n], &d[..n]);
-        for b in 0..=a {
-            sums.jj[a][b] += dot(&weighed[..n], &j[b][..n]);
+        // Tiles reach beyond the triangle: what they add there is never looked at.
+        for b in (0..=a).step_by(TILE) {
+            let tile: [&[f64; CHUNK]; TILE] = std::array::from_fn(|k| &columns[b + k]);
+            add_tile(&weighed[..n], tile, &mut parts[a - 1][b..b + TILE]);
         }
     }
 }
 
-/// Sum of the products, in [`LANES`] parts.
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut s = [0.0; LANES];
-    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
-        for l in 0..LANES {
-            s[l] += a[l] * b[l];
+fn add_tile(weighed: &[f64], tile: [&[f64; CHUNK]; TILE], parts: &mut [[f64; LANES]]) {
+    let mut s = [[0.0; LANES]; TILE];
+    s.copy_from_slice(parts);
+    for (block, w) in weighed.chunks_exact(LANES).enumerate() {
+        let from = block * LANES;
+        for k in 0..TILE {
+            let column = &tile[k][from..from + LANES];
+            for l in 0..LANES {
+                s[k][l] += w[l] * column[l];
+            }
         }
     }
-    sum(&s)
+    parts.copy_from_slice(&s);
+}
+
+/// The normal equations from the sums of products.
+fn normal<const P: usize>(parts: &[Parts; P], weight: f64) -> Normal {
+    let mut out = Normal { weight, ..Normal::default() };
+    for a in 0..P {
+        out.jr[a] = sum(&parts[a][0]);
+        for b in 0..=a {
+            out.jj[a][b] = sum(&parts[a][b + 1]);
+        }
+    }
+    out
 }
 
 #[inline(always)]
