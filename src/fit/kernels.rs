@@ -21,6 +21,7 @@ pub trait Kernel<const P: usize> {
 const TINY: f64 = 1e-300;
 
 /// The plane z = 0.
+#[derive(Clone, Copy, Debug)]
 pub struct Plane;
 
 impl Kernel<3> for Plane {
@@ -36,6 +37,7 @@ impl Kernel<3> for Plane {
 }
 
 /// A sphere of this radius.
+#[derive(Clone, Copy, Debug)]
 pub struct Sphere(pub f64);
 
 impl Kernel<4> for Sphere {
@@ -53,6 +55,7 @@ impl Kernel<4> for Sphere {
 }
 
 /// A cylinder of this radius along z.
+#[derive(Clone, Copy, Debug)]
 pub struct Cylinder(pub f64);
 
 impl Kernel<5> for Cylinder {
@@ -71,6 +74,7 @@ impl Kernel<5> for Cylinder {
 }
 
 /// A cone about z.
+#[derive(Clone, Copy, Debug)]
 pub struct Cone {
     radius: f64,
     sin: f64,
@@ -107,6 +111,7 @@ impl Kernel<6> for Cone {
 }
 
 /// A torus about z.
+#[derive(Clone, Copy, Debug)]
 pub struct Torus {
     /// Radius of the circle that the tube follows.
     pub major: f64,
@@ -139,6 +144,7 @@ impl Kernel<7> for Torus {
 }
 
 /// An ellipse along z (D = 2) or an ellipsoid (D = 3).
+#[derive(Clone, Copy, Debug)]
 pub struct Elliptic<const D: usize> {
     /// 1 / semi-axis.
     inverse: [f64; D],

@@ -1,6 +1,6 @@
 //! Orthogonal-distance least squares by Levenberg and Marquardt.
 
-use super::columns::Columns;
+pub use super::columns::Columns;
 use super::linearised::{Evaluated, Loss, cost, linearise};
 pub use super::normal::Normal;
 use super::shape::Shape;
@@ -31,20 +31,21 @@ pub struct Fitted {
 /// `weights`, where given, holds one non-negative weight a point. Returns the best shape reached;
 /// `None` for fewer points than degrees of freedom or a start that is not proper.
 pub fn fit(start: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options) -> Option<Fitted> {
-    if points.len() <= start.family.dof() || !start.is_proper() {
+    if points.len() <= start.family.dof() {
         return None;
     }
-    let total = weights.map_or(points.len() as f64, |w| w.iter().sum());
-    if total <= 0.0 {
+    fit_columns(start, &Columns::of(points, weights), o)
+}
+
+/// [`fit`] to points in columns relative to their centroid.
+pub fn fit_columns(start: &Shape, points: &Columns, o: &Options) -> Option<Fitted> {
+    if points.count <= start.family.dof() || !start.is_proper() || points.total <= 0.0 {
         return None;
     }
-    let weighed = |(i, x): (usize, &Vec3)| x * weights.map_or(1.0, |w| w[i]);
-    let centroid = points.iter().enumerate().map(weighed).sum::<Vec3>() / total;
-    let columns = Columns::of(points, weights, &centroid);
     let loss = o.cauchy.map_or(Loss::Squares, |c| Loss::Cauchy(1.0 / (c * c)));
-    let (shape, least) = descend(&start.translated(&-centroid), &columns, loss, o);
-    let mean_sq = least / total;
-    mean_sq.is_finite().then(|| Fitted { shape: shape.translated(&centroid), mean_sq })
+    let (shape, least) = descend(&start.translated(&-points.origin), points, loss, o);
+    let mean_sq = least / points.total;
+    mean_sq.is_finite().then(|| Fitted { shape: shape.translated(&points.origin), mean_sq })
 }
 
 /// Steps from `start` while the cost falls; the best shape and its cost. The points' centroid is zero.

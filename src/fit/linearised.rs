@@ -9,9 +9,10 @@
 use multiversion::multiversion;
 
 use super::columns::{Columns, LANES};
-use super::kernels::{Cone, Cylinder, Elliptic, Kernel, Plane, Sphere, Torus};
+use super::kernels::Kernel;
 use super::normal::Normal;
-use super::shape::{Family, MAX_DOF, Shape};
+use super::ruler::{Placed, Prepared, Ruler, with_kernel};
+use super::shape::{MAX_DOF, Shape};
 
 /// Points whose distances and derivatives are kept at once: they fit in the first cache.
 const CHUNK: usize = 64;
@@ -34,7 +35,7 @@ pub struct Evaluated {
     pub normal: Normal,
 }
 
-/// Cost and normal equations of `shape` over `points`.
+/// Cost and normal equations of `shape` over `points`, it being relative to their origin.
 pub fn linearise(shape: &Shape, points: &Columns, loss: Loss) -> Evaluated {
     evaluate(shape, points, loss, true)
 }
@@ -46,52 +47,19 @@ pub fn cost(shape: &Shape, points: &Columns, loss: Loss) -> f64 {
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn evaluate(shape: &Shape, points: &Columns, loss: Loss, rows: bool) -> Evaluated {
-    let s = shape.size;
-    match shape.family {
-        Family::Plane => run(&Plane, shape, points, loss, rows),
-        Family::Sphere => run(&Sphere(s[0]), shape, points, loss, rows),
-        Family::Cylinder => run(&Cylinder(s[0]), shape, points, loss, rows),
-        Family::Cone => run(&Cone::of(shape), shape, points, loss, rows),
-        Family::Torus => run(&Torus { major: s[0], minor: s[1] }, shape, points, loss, rows),
-        Family::EllipticCylinder => run(&Elliptic::<2>::of(shape), shape, points, loss, rows),
-        Family::Ellipsoid => run(&Elliptic::<3>::of(shape), shape, points, loss, rows),
-    }
-}
-
-/// From the columns' frame to a shape's.
-struct Placed {
-    origin: [f64; 3],
-    axes: [[f64; 3]; 3],
-}
-
-impl Placed {
-    fn of(shape: &Shape) -> Self {
-        let axes = [0, 1, 2].map(|i| shape.frame.column(i).into_owned().into());
-        Self { origin: shape.origin.into(), axes }
-    }
-
-    #[inline(always)]
-    fn local(&self, x: f64, y: f64, z: f64) -> [f64; 3] {
-        let [x, y, z] = [x - self.origin[0], y - self.origin[1], z - self.origin[2]];
-        let [u, v, w] = &self.axes;
-        [
-            u[0] * x + u[1] * y + u[2] * z,
-            v[0] * x + v[1] * y + v[2] * z,
-            w[0] * x + w[1] * y + w[2] * z,
-        ]
-    }
+    let ruler = Ruler::of(shape);
+    with_kernel!(ruler, |kernel| run(kernel, &ruler.placed, points, loss, rows))
 }
 
 #[inline(always)]
 fn run<const P: usize>(
     kernel: &impl Kernel<P>,
-    shape: &Shape,
+    placed: &Placed,
     points: &Columns,
     loss: Loss,
     rows: bool,
 ) -> Evaluated {
-    let placed = Placed::of(shape);
-    let mut robust = Robust::new(loss, points.even);
+    let mut robust = Robust::new(loss, points.uneven);
     let mut columns = [[0.0; CHUNK]; COLUMNS];
     let mut parts = [[[0.0; LANES]; COLUMNS]; P];
     let n = points.x.len();
@@ -101,7 +69,7 @@ fn run<const P: usize>(
         let (x, y, z) = (&points.x[from..to], &points.y[from..to], &points.z[from..to]);
         let given = &points.weight[from..to];
         if rows {
-            fill_rows(kernel, &placed, x, y, z, &mut columns);
+            fill_rows(kernel, placed, x, y, z, &mut columns);
             let weight = robust.add(&columns[0][..to - from], given);
             add_products::<P>(&columns, weight, &mut parts);
         } else {
@@ -202,7 +170,7 @@ fn sum(s: &[f64; LANES]) -> f64 {
 /// The cost, and the weights of a chunk by residual.
 struct Robust {
     loss: Loss,
-    even: bool,
+    uneven: bool,
     squares: [f64; LANES],
     /// Of Cauchy's loss the product of 1 + r2/c2 over many points, and the logs of earlier products: one
     /// logarithm a point would take longer than all the rest.
@@ -215,9 +183,9 @@ struct Robust {
 const LARGE: f64 = 1e100;
 
 impl Robust {
-    fn new(loss: Loss, even: bool) -> Self {
+    fn new(loss: Loss, uneven: bool) -> Self {
         let (squares, product) = ([0.0; LANES], [1.0; LANES]);
-        Self { loss, even, squares, product, logs: 0.0, weight: [0.0; CHUNK] }
+        Self { loss, uneven, squares, product, logs: 0.0, weight: [0.0; CHUNK] }
     }
 
     /// Adds the losses of a chunk; its points' weights.
@@ -237,12 +205,12 @@ impl Robust {
                 for ((own, d), w) in own.iter_mut().zip(d).zip(given) {
                     *own = *w / (1.0 + d * d * inverse);
                 }
-                if self.even {
-                    self.multiply(d, given, inverse);
-                } else {
+                if self.uneven {
                     for (d, w) in d.iter().zip(given) {
                         self.logs += w * (d * d * inverse).ln_1p();
                     }
+                } else {
+                    self.multiply(d, given, inverse);
                 }
                 &self.weight[..d.len()]
             }
@@ -285,6 +253,7 @@ impl Robust {
 #[cfg(test)]
 mod tests {
     use super::super::fits::Random;
+    use super::super::shape::Family;
     use super::*;
     use crate::geometry::Vec3;
 
@@ -321,8 +290,9 @@ mod tests {
                 [(None, false), (None, true), (Some(&weights[..]), false), (Some(&weights), true)]
             {
                 let loss = if cauchy { Loss::Cauchy(1.0 / (cut * cut)) } else { Loss::Squares };
-                let columns = Columns::of(&points, given, &Vec3::zeros());
-                let found = linearise(shape, &columns, loss);
+                let columns = Columns::of(&points, given);
+                let moved = shape.translated(&-columns.origin);
+                let found = linearise(&moved, &columns, loss);
                 let (mut expected, mut sum) = (Normal::default(), 0.0);
                 for (i, x) in points.iter().enumerate() {
                     let w = given.map_or(1.0, |w| w[i]);
@@ -331,7 +301,7 @@ mod tests {
                     expected.add(shape, x, if cauchy { w / (1.0 + t) } else { w });
                 }
                 assert!(close(found.cost, sum), "{shape:?} {n}: {} {sum}", found.cost);
-                assert!(close(cost(shape, &columns, loss), sum));
+                assert!(close(cost(&moved, &columns, loss), sum));
                 assert!(close(found.normal.weight, given.map_or(n as f64, |w| w.iter().sum())));
                 for a in 0..shape.family.dof() {
                     assert!(close(found.normal.jr[a], expected.jr[a]), "{shape:?} {n} {a}");
@@ -348,8 +318,8 @@ mod tests {
     fn distances_far_beyond_the_cut_neither_overflow_nor_vanish() {
         let points: Vec<Vec3> = (0..200).map(|k| Vec3::new(0.0, 0.0, 1e9 + f64::from(k))).collect();
         let shape = Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3]);
-        let columns = Columns::of(&points, None, &Vec3::zeros());
-        let found = cost(&shape, &columns, Loss::Cauchy(1e18));
+        let columns = Columns::of(&points, None);
+        let found = cost(&shape.translated(&-columns.origin), &columns, Loss::Cauchy(1e18));
         let expected: f64 = points.iter().map(|p| (p.z * p.z * 1e18).ln_1p() / 1e18).sum();
         assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
     }

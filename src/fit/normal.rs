@@ -2,7 +2,10 @@
 
 #![expect(clippy::needless_range_loop, reason = "triangles of small matrices read best by index")]
 
+use super::columns::Columns;
+use super::linearised::{Loss, linearise};
 use super::shape::{MAX_DOF, Shape};
+#[cfg(test)]
 use crate::geometry::Vec3;
 
 /// Normal equations of one linearisation: lower triangle of J'WJ, J'Wr and the weight. Sums add.
@@ -14,9 +17,14 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// Adds one point with a weight.
-    #[inline]
-    pub fn add(&mut self, shape: &Shape, x: &Vec3, weight: f64) {
+    /// Those of `shape` over `points`, by squares.
+    pub fn of(shape: &Shape, points: &Columns) -> Self {
+        linearise(&shape.translated(&-points.origin), points, Loss::Squares).normal
+    }
+
+    /// Adds one point with a weight: what [`Self::of`] does for many.
+    #[cfg(test)]
+    pub(super) fn add(&mut self, shape: &Shape, x: &Vec3, weight: f64) {
         let mut j = [0.0; MAX_DOF];
         let d = shape.distance_jacobian(x, &mut j);
         self.weight += weight;
