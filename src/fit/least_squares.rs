@@ -48,6 +48,11 @@ pub fn fit_columns(start: &Shape, points: &Columns, o: &Options) -> Option<Fitte
     mean_sq.is_finite().then(|| Fitted { shape: shape.translated(&points.origin), mean_sq })
 }
 
+/// Weighed sum of the squared distances.
+pub fn squares(shape: &Shape, points: &Columns) -> f64 {
+    cost(&shape.translated(&-points.origin), points, Loss::Squares)
+}
+
 /// Steps from `start` while the cost falls; the best shape and its cost. The points' centroid is zero.
 fn descend(start: &Shape, points: &Columns, loss: Loss, o: &Options) -> (Shape, f64) {
     let mut shape = start.recentred(&Vec3::zeros());

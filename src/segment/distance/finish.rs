@@ -5,10 +5,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::engine::Model;
-use super::label::ACCEPT;
+use super::label::{MOST, candidates, energies};
 use super::scene::Scene;
 use super::spread::{Labelled, Share, posterior};
-use crate::fit::least_squares::{Columns, Normal, Options, fit_columns};
+use crate::fit::least_squares::{Columns, Normal, Options, fit_columns, squares};
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 
@@ -26,15 +26,18 @@ const CHUNK: usize = 4096;
 /// root of its size of the end, and the step squares that.
 pub fn finish(points: &[Vec3], labelled: &Labelled, shapes: &mut [Shape], sigma: f64) {
     let inverse = 1.0 / (sigma * sigma);
-    let samples = samples(points, labelled, shapes.len());
-    shapes.par_iter_mut().zip(samples).for_each(|(s, (mut points, total))| {
+    let mut samples = samples(points, labelled, shapes.len());
+    shapes.par_iter_mut().zip(&mut samples).for_each(|(s, (points, total))| {
         points.fill_up();
         points.centre();
-        *s = simplest(s, &points, total, inverse);
+        *s = simplest(s, points, *total, inverse);
     });
     let sums = normal_equations(points, labelled, shapes);
-    for (s, n) in shapes.iter_mut().zip(&sums) {
-        if let Some(next) = n.step(s, 3.0 * sigma) {
+    for ((s, n), (sample, _)) in shapes.iter_mut().zip(&sums).zip(&samples) {
+        // What hardly shows in the points (the far axis of a short arc) can step far: a step that
+        // fits the sample worse is none.
+        let worse = |next: &Shape| squares(next, sample) > 1.001 * squares(s, sample);
+        if let Some(next) = n.step(s, 3.0 * sigma).filter(|next| !worse(next)) {
             *s = next;
         }
     }
@@ -164,33 +167,16 @@ pub fn shares(scene: &Scene, model: &Model, sigma: f64) -> Vec<Share> {
         .with_min_len(1024)
         .filter_map(|i| {
             let own = model.labels[i];
-            let mut near = vec![own];
-            for &j in scene.neighbours(i) {
-                let l = model.labels[j as usize];
-                if l >= 0 && !near.contains(&l) {
-                    near.push(l);
-                }
-            }
-            if own < 0 || near.len() < 2 {
+            let near = scene.neighbours(i);
+            let label = |j: u32| model.labels[j as usize];
+            let mut found = [0; MOST];
+            let m = candidates(own, near.iter().map(|&j| label(j)), &mut found);
+            if own < 0 || m < 2 {
                 return None;
             }
-            let energies: Vec<(i32, f64)> = near
-                .iter()
-                .filter_map(|&l| {
-                    let s = &model.shapes[l as usize];
-                    let sq = |p: &Vec3| s.distance(p).powi(2) * inverse;
-                    let mine = sq(&scene.points[i]);
-                    if mine > ACCEPT * ACCEPT {
-                        return None;
-                    }
-                    let around = scene
-                        .neighbours(i)
-                        .iter()
-                        .map(|&j| sq(&scene.points[j as usize]).min(ACCEPT * ACCEPT));
-                    Some((l, mine + around.sum::<f64>()))
-                })
-                .collect();
-            let share = posterior(energies.iter().copied());
+            let shape = |l: i32| &model.shapes[l as usize];
+            let (all, m) = energies(&scene.points, i, near, &found[..m], shape, label, inverse);
+            let share = posterior(all[..m].iter().map(|e| (e.label, e.evidence)));
             share.iter().any(|s| s.0 != own).then_some((i as u32, share))
         })
         .collect()

@@ -1,39 +1,113 @@
 //! Placing boundaries: every point takes the label with the least energy.
 
-use super::scene::Scene;
+use super::scene::{K, Scene};
 use crate::fit::Shape;
+use crate::geometry::Vec3;
 
 /// A point further than this many sigmas from every candidate stays unassigned.
 pub const ACCEPT: f64 = 4.0;
 /// Cost of each neighbour with another label.
 const DISAGREEMENT: f64 = 0.3;
-/// A neighbour's evidence against a label is cut here.
-const CUT: f64 = 16.0;
+/// A neighbour says at most this much for one label against another across a smooth joint.
+const SMOOTH_CUT: f64 = 16.0;
+/// And this much across a sharp edge: a point past it says that it lies there itself, not that its
+/// neighbour does.
+const SHARP_CUT: f64 = 1.0;
+/// Most labels met at one point: its own and its neighbours'.
+pub const MOST: usize = K + 1;
 
-/// Energy of label `l` at point `i`: its own r2/sigma2, its neighbours' evidence about that surface,
-/// and a little for each neighbour with another label. The neighbours' evidence is what places a
-/// smooth joint better than the point alone can. `None` where the point is too far.
-fn energy(
-    scene: &Scene,
-    shapes: &[Shape],
-    labels: &[i32],
-    i: usize,
-    l: i32,
-    inverse: f64,
-) -> Option<f64> {
-    let shape = &shapes[l as usize];
-    let own = shape.distance(&scene.points[i]).powi(2) * inverse;
-    if own > ACCEPT * ACCEPT {
-        return None;
+/// What a label costs at a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Energy {
+    /// The label.
+    pub label: i32,
+    /// Its own r2/sigma2 and its neighbours' evidence about that surface.
+    pub evidence: f64,
+    /// A little for each neighbour with another label.
+    pub against: f64,
+}
+
+impl Energy {
+    /// All of it.
+    pub fn total(&self) -> f64 {
+        self.evidence + self.against
     }
-    let mut e = own;
-    for &j in scene.neighbours(i) {
-        e += (shape.distance(&scene.points[j as usize]).powi(2) * inverse).min(CUT);
-        if labels[j as usize] != l {
-            e += DISAGREEMENT;
+}
+
+/// Distinct labels of a point and its neighbours, the point's own first.
+pub fn candidates(own: i32, near: impl Iterator<Item = i32>, out: &mut [i32; MOST]) -> usize {
+    let mut m = 0;
+    for l in std::iter::once(own).chain(near) {
+        if l >= 0 && !out[..m].contains(&l) {
+            out[m] = l;
+            m += 1;
         }
     }
-    Some(e)
+    m
+}
+
+/// Energies at a point of the candidate labels that lie within reach of it.
+///
+/// The neighbours' evidence is what places a smooth joint better than the point alone can: there each
+/// tells the surfaces apart a little, and together they tell much.
+pub fn energies<'s>(
+    points: &[Vec3],
+    i: usize,
+    near: &[u32],
+    candidates: &[i32],
+    shape: impl Fn(i32) -> &'s Shape,
+    label: impl Fn(u32) -> i32,
+    inverse: f64,
+) -> ([Energy; MOST], usize) {
+    let mut out = [Energy::default(); MOST];
+    let mut sq = [[0.0; K]; MOST];
+    let mut least = [f64::INFINITY; K];
+    let mut own = [0.0; MOST];
+    for (c, &l) in candidates.iter().enumerate() {
+        let s = shape(l);
+        own[c] = s.distance(&points[i]).powi(2) * inverse;
+        for (k, &j) in near.iter().enumerate() {
+            sq[c][k] = s.distance(&points[j as usize]).powi(2) * inverse;
+            least[k] = least[k].min(sq[c][k]);
+        }
+    }
+    let sharp = is_sharp(points, i, near, candidates, &own, &shape, inverse);
+    let cut = if sharp { SHARP_CUT } else { SMOOTH_CUT };
+    let mut m = 0;
+    for (c, &l) in candidates.iter().enumerate() {
+        if own[c] > ACCEPT * ACCEPT {
+            continue;
+        }
+        let around: f64 = (0..near.len()).map(|k| (sq[c][k] - least[k]).min(cut)).sum();
+        let others = near.iter().filter(|&&j| label(j) != l).count();
+        out[m] =
+            Energy { label: l, evidence: own[c] + around, against: DISAGREEMENT * others as f64 };
+        m += 1;
+    }
+    (out, m)
+}
+
+/// Whether the two nearest candidate surfaces meet at an edge that single neighbours see: past it they
+/// part by more than the noise within the neighbourhood.
+fn is_sharp<'s>(
+    points: &[Vec3],
+    i: usize,
+    near: &[u32],
+    candidates: &[i32],
+    own: &[f64; MOST],
+    shape: &impl Fn(i32) -> &'s Shape,
+    inverse: f64,
+) -> bool {
+    let mut order: [usize; MOST] = std::array::from_fn(|c| c);
+    let m = candidates.len();
+    if m < 2 {
+        return false;
+    }
+    order[..m].sort_by(|&a, &b| own[a].total_cmp(&own[b]));
+    let Some(middle) = near.get(near.len() / 2) else { return false };
+    let sq_reach = (points[*middle as usize] - points[i]).norm_squared();
+    let [a, b] = [0, 1].map(|k| shape(candidates[order[k]]).offset(&points[i]).normal);
+    a.cross(&b).norm_squared() * sq_reach * inverse > ACCEPT * ACCEPT
 }
 
 /// Relabels points beside a boundary until few change, at most `sweeps` times. Returns the changes
@@ -81,33 +155,29 @@ pub fn relabel(
 }
 
 fn best_label(scene: &Scene, shapes: &[Shape], labels: &[i32], i: usize, inverse: f64) -> i32 {
-    let own = labels[i];
-    let mut candidates = [0i32; 17];
-    let mut m = 0;
-    if own >= 0 {
-        candidates[0] = own;
-        m = 1;
+    let near = scene.neighbours(i);
+    let label = |j: u32| labels[j as usize];
+    let mut found = [0; MOST];
+    let m = candidates(labels[i], near.iter().map(|&j| label(j)), &mut found);
+    best_of(&scene.points, i, near, &found[..m], |l| &shapes[l as usize], label, inverse)
+}
+
+/// The candidate with the least energy; -1 where none lies within reach.
+pub fn best_of<'s>(
+    points: &[Vec3],
+    i: usize,
+    near: &[u32],
+    candidates: &[i32],
+    shape: impl Fn(i32) -> &'s Shape,
+    label: impl Fn(u32) -> i32,
+    inverse: f64,
+) -> i32 {
+    if let [only] = *candidates {
+        let sq = shape(only).distance(&points[i]).powi(2) * inverse;
+        return if sq <= ACCEPT * ACCEPT { only } else { -1 };
     }
-    for &j in scene.neighbours(i) {
-        let l = labels[j as usize];
-        if l >= 0 && !candidates[..m].contains(&l) {
-            candidates[m] = l;
-            m += 1;
-        }
-    }
-    if m == 1 && own >= 0 {
-        let r = shapes[own as usize].distance(&scene.points[i]).powi(2) * inverse;
-        return if r <= ACCEPT * ACCEPT { own } else { -1 };
-    }
-    let mut best = (f64::INFINITY, -1);
-    for &l in &candidates[..m] {
-        if let Some(e) = energy(scene, shapes, labels, i, l, inverse)
-            && e < best.0
-        {
-            best = (e, l);
-        }
-    }
-    best.1
+    let (all, m) = energies(points, i, near, candidates, shape, label, inverse);
+    all[..m].iter().min_by(|a, b| a.total().total_cmp(&b.total())).map_or(-1, |e| e.label)
 }
 
 /// Points of each label, in scene order.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::engine::{Model, borders, retain, take};
 use super::family::Families;
-use super::label::{ACCEPT, members};
+use super::label::{self, ACCEPT, MOST, best_of, members};
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
@@ -168,37 +168,12 @@ fn trial(
             for k in 0..overlay.points.len() {
                 let i = overlay.points[k] as usize;
                 let old = overlay.labels[k];
-                let mut near = [0i32; super::scene::K + 1];
-                let mut m = 0;
-                for l in scene.neighbours(i).iter().map(|&j| overlay.get(j)).chain([old]) {
-                    if l >= 0 && !near[..m].contains(&l) {
-                        near[m] = l;
-                        m += 1;
-                    }
-                }
-                let mut best = (f64::INFINITY, -1);
-                for &l in &near[..m] {
-                    let s = at(l);
-                    let own = s.distance(&scene.points[i]).powi(2) * inverse;
-                    if own > UNASSIGNED {
-                        continue;
-                    }
-                    if m == 1 {
-                        best = (own, l);
-                        break;
-                    }
-                    let mut e = own;
-                    for &j in scene.neighbours(i) {
-                        e += (s.distance(&scene.points[j as usize]).powi(2) * inverse).min(16.0);
-                        if overlay.get(j) != l {
-                            e += 0.3;
-                        }
-                    }
-                    if e < best.0 {
-                        best = (e, l);
-                    }
-                }
-                overlay.labels[k] = best.1;
+                let near = scene.neighbours(i);
+                let label = |j: u32| overlay.get(j);
+                let mut found = [0; MOST];
+                let m = label::candidates(old, near.iter().map(|&j| label(j)), &mut found);
+                let best = best_of(&scene.points, i, near, &found[..m], at, label, inverse);
+                overlay.labels[k] = best;
             }
         }
         let own: Vec<Vec3> = overlay

@@ -10,7 +10,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
 use super::engine::Model;
-use super::label::ACCEPT;
+use super::label::{ACCEPT, MOST, candidates, energies};
 use super::scene::{K, Scene};
 use crate::geometry::Vec3;
 
@@ -194,30 +194,14 @@ fn place(
     inverse: f64,
 ) -> (i32, Vec<(i32, f64)>) {
     let own = labels[i as usize];
-    let mut candidates = vec![own];
-    for &j in near {
-        let l = labels[j as usize];
-        if l >= 0 && !candidates.contains(&l) {
-            candidates.push(l);
-        }
-    }
-    let energies: Vec<(i32, f64, f64)> = candidates
-        .iter()
-        .filter_map(|&l| {
-            let s = &model.shapes[l as usize];
-            let sq = |j: u32| s.distance(&points[j as usize]).powi(2) * inverse;
-            let mine = sq(i);
-            if mine > ACCEPT * ACCEPT {
-                return None;
-            }
-            let evidence: f64 = near.iter().map(|&j| sq(j).min(ACCEPT * ACCEPT)).sum();
-            let against = near.iter().filter(|&&j| labels[j as usize] != l).count() as f64;
-            Some((l, mine + evidence, 0.3 * against))
-        })
-        .collect();
-    let label =
-        energies.iter().min_by(|a, b| (a.1 + a.2).total_cmp(&(b.1 + b.2))).map_or(own, |e| e.0);
-    (label, posterior(energies.iter().map(|e| (e.0, e.1))))
+    let label = |j: u32| labels[j as usize];
+    let mut found = [0; MOST];
+    let m = candidates(own, near.iter().map(|&j| label(j)), &mut found);
+    let shape = |l: i32| &model.shapes[l as usize];
+    let (all, m) = energies(points, i as usize, near, &found[..m], shape, label, inverse);
+    let best = all[..m].iter().min_by(|a, b| a.total().total_cmp(&b.total()));
+    let share = posterior(all[..m].iter().map(|e| (e.label, e.evidence)));
+    (best.map_or(own, |e| e.label), share)
 }
 
 /// Shares of the labels from their energies, those above 1 %.
