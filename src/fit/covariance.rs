@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::shape::{MAX_DOF, Shape};
+use super::columns::Columns;
+use super::normal::Normal;
+use super::shape::Shape;
 use crate::geometry::Vec3;
 
 /// Combinations of freedoms that the points tell worse than this share of the best count as known that
@@ -28,19 +30,18 @@ impl Spread {
     pub fn of(shape: &Shape, points: &[Vec3]) -> Self {
         let p = shape.family.dof();
         let mut information = DMatrix::zeros(p, p);
-        let mut j = [0.0; MAX_DOF];
+        let mut columns = Columns::default();
         let mut gradient = |run: &[Vec3]| {
-            let mut sum = DVector::zeros(p);
-            for x in run {
-                let d = shape.distance_jacobian(x, &mut j);
-                for a in 0..p {
-                    sum[a] += j[a] * d;
-                    for b in 0..=a {
-                        information[(a, b)] += j[a] * j[b];
-                    }
+            columns.clear();
+            columns.extend(run, 1.0);
+            columns.fill_up();
+            let sums = Normal::of(shape, &columns);
+            for a in 0..p {
+                for b in 0..=a {
+                    information[(a, b)] += sums.jj[a][b];
                 }
             }
-            sum
+            DVector::from_column_slice(&sums.jr[..p])
         };
         let run = points.len().div_ceil(BLOCKS).max(1);
         let gradients = points.chunks(run).map(&mut gradient).collect();
@@ -94,7 +95,7 @@ fn inverse(a: &DMatrix<f64>) -> DMatrix<f64> {
 mod tests {
     use super::super::fits::Random;
     use super::super::least_squares::{Options, fit};
-    use super::super::shape::Family;
+    use super::super::shape::{Family, MAX_DOF};
     use super::*;
 
     fn tube() -> Shape {

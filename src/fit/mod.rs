@@ -1,13 +1,18 @@
 //! Fits: the scatter matrix, its condition and the seed's direct fit; starts without iteration,
 //! orthogonal-distance least squares and their uncertainty.
 
+mod columns;
 mod covariance;
 mod direct;
 #[cfg(test)]
 mod fits;
 mod general;
+mod kernels;
 pub mod least_squares;
+mod linearised;
+mod normal;
 mod rcond;
+mod ruler;
 mod scatter;
 mod section;
 mod shape;
@@ -18,6 +23,7 @@ pub use covariance::Spread;
 pub use direct::{direct_fit, direct_fit_through};
 pub use general::general_fit;
 pub use rcond::Condition;
+pub use ruler::Ruler;
 pub use scatter::{Matrix10, Scatter, Vector10, features};
 pub use section::section_normals;
 pub use shape::{Family, MAX_DOF, Offset, Shape};

@@ -1,19 +1,21 @@
 //! The last fits: all points, plain least squares, soft labels at the boundaries.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::engine::Model;
 use super::label::{MOST, candidates, energies};
 use super::scene::Scene;
 use super::spread::{Labelled, Share, posterior};
-use crate::fit::least_squares::{Normal, Options, fit};
+use crate::fit::least_squares::{Columns, Normal, Options, fit_columns, squares};
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 
 /// Points of a region that its last iterated fit looks at; one step on all points follows.
 const SAMPLE: usize = 20_000;
 /// Points summed at once; fixed, so that the result does not depend on the number of threads.
-const CHUNK: usize = 16_384;
+const CHUNK: usize = 4096;
 
 /// Fits every surface to all its points.
 ///
@@ -24,109 +26,110 @@ const CHUNK: usize = 16_384;
 /// root of its size of the end, and the step squares that.
 pub fn finish(points: &[Vec3], labelled: &Labelled, shapes: &mut [Shape], sigma: f64) {
     let inverse = 1.0 / (sigma * sigma);
-    let samples = samples(points, labelled, shapes.len());
-    shapes.par_iter_mut().zip(&samples).for_each(|(s, (points, weights, total))| {
-        *s = simplest(s, points, weights, *total, inverse);
+    let mut samples = samples(points, labelled, shapes.len());
+    shapes.par_iter_mut().zip(&mut samples).for_each(|(s, (points, total))| {
+        points.fill_up();
+        points.centre();
+        *s = simplest(s, points, *total, inverse);
     });
     let sums = normal_equations(points, labelled, shapes);
-    for ((s, n), (points, weights, _)) in shapes.iter_mut().zip(&sums).zip(&samples) {
+    for ((s, n), (sample, _)) in shapes.iter_mut().zip(&sums).zip(&samples) {
         // What hardly shows in the points (the far axis of a short arc) can step far: a step that
         // fits the sample worse is none.
-        let worse = |next: &Shape| {
-            weighted_sq(next, points, weights) > 1.001 * weighted_sq(s, points, weights)
-        };
+        let worse = |next: &Shape| squares(next, sample) > 1.001 * squares(s, sample);
         if let Some(next) = n.step(s, 3.0 * sigma).filter(|next| !worse(next)) {
             *s = next;
         }
     }
 }
 
-/// Weighted sum of squared distances.
-fn weighted_sq(shape: &Shape, points: &[Vec3], weights: &[f64]) -> f64 {
-    points.iter().zip(weights).map(|(p, w)| w * shape.distance(p).powi(2)).sum()
-}
-
 /// Each region's points and weights, thinned to the sample size, and its total weight.
-fn samples(
-    points: &[Vec3],
-    labelled: &Labelled,
-    regions: usize,
-) -> Vec<(Vec<Vec3>, Vec<f64>, f64)> {
+fn samples(points: &[Vec3], labelled: &Labelled, regions: usize) -> Vec<(Columns, f64)> {
+    let all = 0..labelled.labels.len();
     let mut count = vec![0usize; regions];
-    for &l in &labelled.labels {
-        if l >= 0 {
-            count[l as usize] += 1;
+    for run in labelled.labels.chunk_by(|a, b| a == b) {
+        if run[0] >= 0 {
+            count[run[0] as usize] += run.len();
         }
     }
     let stride: Vec<usize> = count.iter().map(|c| c.div_ceil(SAMPLE).max(1)).collect();
     let mut seen = vec![0usize; regions];
-    let mut out = vec![(Vec::new(), Vec::new(), 0.0); regions];
-    let mut shares = labelled.shares.iter().peekable();
-    let mut give = |l: i32, i: usize, w: f64| {
-        let l = l as usize;
-        out[l].2 += w;
-        if seen[l].is_multiple_of(stride[l]) {
-            out[l].0.push(points[i]);
-            out[l].1.push(w);
-        }
-        seen[l] += 1;
-    };
-    for (i, &l) in labelled.labels.iter().enumerate() {
-        if shares.peek().is_some_and(|s| s.0 as usize == i) {
-            for &(l, w) in shares.next().map_or(&[][..], |s| &s.1) {
-                give(l, i, w);
+    let mut out = vec![(Columns::default(), 0.0); regions];
+    for ((columns, _), (n, stride)) in out.iter_mut().zip(count.iter().zip(&stride)) {
+        columns.reserve(n.div_ceil(*stride));
+    }
+    walk(labelled, all, |l, places, w| {
+        let (columns, total) = &mut out[l];
+        let first = seen[l].next_multiple_of(stride[l]) - seen[l];
+        seen[l] += places.len();
+        *total += w * places.len() as f64;
+        columns.extend_thinned(points, places.start + first..places.end, stride[l], w);
+    });
+    out
+}
+
+/// Gives the labelled points of `range` to `give`, in order: region, places and the weight they have in
+/// it. Points of one region that follow on each other come at once.
+fn walk(labelled: &Labelled, range: Range<usize>, mut give: impl FnMut(usize, Range<usize>, f64)) {
+    let from = labelled.shares.partition_point(|s| (s.0 as usize) < range.start);
+    let mut shares = labelled.shares[from..].iter().peekable();
+    let mut i = range.start;
+    while i < range.end {
+        let stop = shares.peek().map_or(range.end, |s| (s.0 as usize).min(range.end));
+        for run in labelled.labels[i..stop].chunk_by(|a, b| a == b) {
+            if run[0] >= 0 {
+                give(run[0] as usize, i..i + run.len(), 1.0);
             }
-        } else if l >= 0 {
-            give(l, i, 1.0);
+            i += run.len();
+        }
+        if i < range.end {
+            for &(l, w) in shares.next().map_or(&[][..], |s| &s.1) {
+                give(l as usize, i..i + 1, w);
+            }
+            i += 1;
         }
     }
-    out
 }
 
 /// The normal equations of every region over all points, in one pass.
 fn normal_equations(points: &[Vec3], labelled: &Labelled, shapes: &[Shape]) -> Vec<Normal> {
-    let parts: Vec<Vec<(i32, Normal)>> = labelled
+    let parts: Vec<Vec<(usize, Normal)>> = labelled
         .labels
         .par_chunks(CHUNK)
         .enumerate()
         .map(|(c, labels)| {
-            let first = c * CHUNK;
-            let from = labelled.shares.partition_point(|s| (s.0 as usize) < first);
-            let mut shares = labelled.shares[from..].iter().peekable();
-            let mut sums: Vec<(i32, Normal)> = Vec::new();
-            let mut give = |l: i32, p: &Vec3, w: f64| {
-                let k = sums.iter().position(|s| s.0 == l).unwrap_or_else(|| {
-                    sums.push((l, Normal::default()));
-                    sums.len() - 1
-                });
-                sums[k].1.add(&shapes[l as usize], p, w);
-            };
-            for (k, &l) in labels.iter().enumerate() {
-                let i = first + k;
-                if shares.peek().is_some_and(|s| s.0 as usize == i) {
-                    for &(l, w) in shares.next().map_or(&[][..], |s| &s.1) {
-                        give(l, &points[i], w);
-                    }
-                } else if l >= 0 {
-                    give(l, &points[i], 1.0);
-                }
-            }
-            sums
+            let range = c * CHUNK..c * CHUNK + labels.len();
+            let by_region = by_region(points, labelled, range);
+            by_region.into_iter().map(|(l, c)| (l, Normal::of(&shapes[l], &c))).collect()
         })
         .collect();
     let mut out = vec![Normal::default(); shapes.len()];
     for (l, n) in parts.into_iter().flatten() {
-        out[l as usize].merge(&n);
+        out[l].merge(&n);
     }
+    out
+}
+
+/// The points of a range by region, each with its share.
+fn by_region(points: &[Vec3], labelled: &Labelled, range: Range<usize>) -> Vec<(usize, Columns)> {
+    let mut out: Vec<(usize, Columns)> = Vec::new();
+    walk(labelled, range, |l, places, w| {
+        let k = out.iter().position(|(k, _)| *k == l).unwrap_or(out.len());
+        if k == out.len() {
+            out.push((l, Columns::default()));
+        }
+        out[k].1.extend(&points[places], w);
+    });
+    out.iter_mut().for_each(|(_, columns)| columns.fill_up());
     out
 }
 
 /// The shape fitted to weighted points, or a simpler family nested in its own where that one's
 /// description length is less. `total` is the weight of all points of which these are a sample.
-fn simplest(shape: &Shape, points: &[Vec3], weights: &[f64], total: f64, inverse: f64) -> Shape {
+fn simplest(shape: &Shape, points: &Columns, total: f64, inverse: f64) -> Shape {
     let o = Options { cauchy: None, steps: 6, tolerance: 1e-7 };
     let fitted = |s: &Shape, steps| {
-        let f = fit(s, points, Some(weights), &Options { steps, ..o })?;
+        let f = fit_columns(s, points, &Options { steps, ..o })?;
         let length = f.shape.family.description_length(total as usize);
         Some((f.mean_sq * total * inverse + length, f.shape))
     };

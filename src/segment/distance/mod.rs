@@ -73,12 +73,16 @@ fn find(
     let (points, centre, places) = distinct_points(cloud);
     let n = points.len();
     let mut discovery = discover(&points, COARSE, parameters, monitor)?;
-    if n > COARSE && !enough(&points, &discovery, parameters, monitor)? {
-        discovery = discover(&points, FINE, parameters, monitor)?;
+    let mut labelled = None;
+    if n > COARSE {
+        labelled = label_if_enough(&points, &discovery, parameters, monitor)?;
+        if labelled.is_none() {
+            discovery = discover(&points, FINE, parameters, monitor)?;
+        }
     }
     monitor.progress(Stage::Refine, 0.85);
     let Discovery { scene, mut model, sigma, noise } = discovery;
-    let labelled = label_all(&points, &scene, &model, sigma);
+    let labelled = labelled.unwrap_or_else(|| label_all(&points, &scene, &model, sigma));
     if parameters.refine {
         finish::finish(&points, &labelled, &mut model.shapes, sigma);
     }
@@ -175,23 +179,22 @@ fn label_all(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> sprea
     }
 }
 
-/// Whether a sample was dense enough for its cloud: every surface has points enough in it, and what it leaves
-/// unexplained in the whole cloud holds no further surface.
-fn enough(
+/// Every point's label where a sample was dense enough for its cloud: every surface has points enough in it,
+/// and what it leaves unexplained in the whole cloud holds no further surface.
+fn label_if_enough(
     points: &[Vec3],
     found: &Discovery,
     parameters: &Parameters,
     monitor: &dyn Monitor,
-) -> Result<bool, SegmentError> {
+) -> Result<Option<spread::Labelled>, SegmentError> {
     let sizes = label::members(&found.model.labels, found.model.shapes.len());
     if sizes.iter().any(|g| g.len() < DENSE_ENOUGH) {
-        return Ok(false);
+        return Ok(None);
     }
     let labelled = spread::spread(points, &found.scene, &found.model, found.sigma);
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
-    if left.len() < 64 {
-        return Ok(true);
-    }
-    engine::holds_surface(&left, found.sigma, parameters, monitor).map(|s| !s)
+    let lacking =
+        left.len() >= 64 && engine::holds_surface(&left, found.sigma, parameters, monitor)?;
+    Ok((!lacking).then_some(labelled))
 }

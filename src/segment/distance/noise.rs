@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
-use super::scene::{K, Scene};
+use super::scene::{Around, K, Scene};
 use crate::geometry::{Vec3, perpendicular_frame};
 
 /// Most neighbourhoods looked at.
@@ -45,8 +45,10 @@ fn robust_estimate(scene: &Scene) -> f64 {
         .step_by(stride)
         .map(|i| {
             let origin = scene.points[i];
-            let q: Vec<Vec3> =
-                scene.neighbours(i).iter().map(|&j| scene.points[j as usize] - origin).collect();
+            let mut q = [Vec3::zeros(); K];
+            for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
+                *q = scene.points[j as usize] - origin;
+            }
             least_ninth(&q)
         })
         .collect();
@@ -55,14 +57,21 @@ fn robust_estimate(scene: &Scene) -> f64 {
     *v.select_nth_unstable_by(k, f64::total_cmp).1 / 0.35
 }
 
-fn least_ninth(q: &[Vec3]) -> f64 {
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn least_ninth(q: &[Vec3; K]) -> f64 {
+    let around = Around::of(q);
+    let norms = q.map(|p| p.norm());
     let mut best = f64::INFINITY;
     let mut d = [0.0; K];
     for a in 0..K {
         for b in a + 1..K {
             let normal = q[a].cross(&q[b]);
             let length = normal.norm();
-            if length <= 0.3 * q[a].norm() * q[b].norm() {
+            if length <= 0.3 * norms[a] * norms[b] {
+                continue;
+            }
+            // Planes with fewer than nine neighbours nearer than the best so far are no better: most.
+            if around.near(&normal, best * length * (1.0 + 1e-9)) < 9 {
                 continue;
             }
             for (d, p) in d.iter_mut().zip(q) {

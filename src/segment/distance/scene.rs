@@ -123,18 +123,45 @@ fn normal_of(points: &[Vec3], i: usize, neighbours: &[u32]) -> (Vec3, f32) {
     (e.eigenvectors.column(k).into_owned(), (e.eigenvalues[k].max(0.0) / total) as f32)
 }
 
+/// The neighbours of a point relative to it, coordinate by coordinate.
+pub struct Around {
+    x: [f64; K],
+    y: [f64; K],
+    z: [f64; K],
+}
+
+impl Around {
+    /// `q` relative to the point.
+    pub fn of(q: &[Vec3; K]) -> Self {
+        Self { x: q.map(|p| p.x), y: q.map(|p| p.y), z: q.map(|p| p.z) }
+    }
+
+    /// How many lie nearer than `reach` times the length of `normal` to the plane through the point.
+    #[inline(always)]
+    pub fn near(&self, normal: &Vec3, reach: f64) -> u32 {
+        let mut count = 0;
+        for i in 0..K {
+            let d = self.x[i] * normal.x + self.y[i] * normal.y + self.z[i] * normal.z;
+            count += u32::from(d.abs() < reach);
+        }
+        count
+    }
+}
+
 /// Normal of the plane through the point and two of its neighbours that most neighbours lie near.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn consensus_normal(q: &[Vec3; K], limit: f64) -> Option<Vec3> {
+    let around = Around::of(q);
+    let norms = q.map(|p| p.norm());
     let mut best = (6, Vec3::zeros());
     for a in 0..K - 1 {
         for b in a + 1..K.min(a + 6) {
             let normal = q[a].cross(&q[b]);
             let length = normal.norm();
-            if length <= 0.3 * q[a].norm() * q[b].norm() {
+            if length <= 0.3 * norms[a] * norms[b] {
                 continue;
             }
-            let reach = limit * length;
-            let near = q.iter().filter(|p| p.dot(&normal).abs() < reach).count();
+            let near = around.near(&normal, limit * length);
             if near > best.0 {
                 best = (near, normal / length);
             }

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::engine::Model;
 use super::label::{ACCEPT, MOST, candidates, energies};
 use super::scene::{K, Scene};
+use crate::fit::Ruler;
 use crate::geometry::Vec3;
 
 /// Points worked on at once; fixed, so that the result does not depend on the number of threads.
@@ -31,75 +32,166 @@ pub struct Labelled {
 /// Labels `points` (in Morton order) from the model of a sample of them; sample point k is point
 /// k * points / sample.
 pub fn spread(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> Labelled {
-    let around = labels_around(scene, &model.labels);
-    let m = scene.len();
+    let around = Around::of(scene, &model.labels);
+    let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
     let inverse = 1.0 / (sigma * sigma);
     let mut labels = vec![-1; points.len()];
-    // Per chunk: points near several surfaces, points near none, and which stretches of the sample they are in.
-    let open: Vec<(Vec<u32>, Vec<u32>)> = labels
+    let open: Vec<Open> = labels
         .par_chunks_mut(CHUNK)
         .enumerate()
         .map(|(c, labels)| {
-            let (mut several, mut none) = (Vec::new(), Vec::new());
-            let mut candidates: Vec<i32> = Vec::new();
-            let mut stretch = usize::MAX;
-            for (k, label) in labels.iter_mut().enumerate() {
-                let i = c * CHUNK + k;
-                let q = (i * m / points.len()).min(m - 1);
-                if q != stretch {
-                    stretch = q;
-                    candidates.clear();
-                    for beside in &around[q.saturating_sub(1)..(q + 2).min(m)] {
-                        for &l in beside {
-                            if !candidates.contains(&l) {
-                                candidates.push(l);
-                            }
-                        }
-                    }
-                }
-                let mut near = 0;
-                let mut best = (f64::INFINITY, -1);
-                for &l in &candidates {
-                    let r = model.shapes[l as usize].distance(&points[i]).powi(2) * inverse;
-                    if r <= ACCEPT * ACCEPT {
-                        near += 1;
-                        if r < best.0 {
-                            best = (r, l);
-                        }
-                    }
-                }
-                *label = best.1;
-                match near {
-                    0 => none.push(i as u32),
-                    1 => {}
-                    _ => several.push(i as u32),
-                }
-            }
-            (several, none)
+            let mut nearest = Nearest { rulers: &rulers, inverse, first: c * CHUNK, labels };
+            nearest.label(points, &around)
         })
         .collect();
-    let several: Vec<u32> = open.iter().flat_map(|o| o.0.iter().copied()).collect();
-    let none: Vec<u32> = open.iter().flat_map(|o| o.1.iter().copied()).collect();
-    second_look(points, scene, model, &around, &none, &mut labels, inverse);
+    let several: Vec<u32> = open.iter().flat_map(|o| o.several.iter().copied()).collect();
+    let none: Vec<u32> = open.iter().flat_map(|o| o.none.iter().copied()).collect();
+    second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
     let shares = settle_shared(points, model, &several, &mut labels, inverse);
     Labelled { labels, shares }
 }
 
-/// The distinct labels of each sample point and its neighbours.
-fn labels_around(scene: &Scene, labels: &[i32]) -> Vec<Vec<i32>> {
-    (0..scene.len())
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|i| {
-            let mut out = Vec::with_capacity(2);
-            for l in scene.neighbours(i).iter().map(|&j| labels[j as usize]).chain([labels[i]]) {
-                if l >= 0 && !out.contains(&l) {
-                    out.push(l);
+/// Points of a chunk that are near several surfaces, and those near none.
+#[derive(Default)]
+struct Open {
+    several: Vec<u32>,
+    none: Vec<u32>,
+}
+
+/// Labels of a chunk of points by the nearest surface.
+struct Nearest<'a> {
+    rulers: &'a [Ruler],
+    inverse: f64,
+    /// The place of the chunk's first point.
+    first: usize,
+    labels: &'a mut [i32],
+}
+
+impl Nearest<'_> {
+    /// Labels the chunk, one stretch between two points of the sample after the other.
+    fn label(&mut self, points: &[Vec3], around: &Around) -> Open {
+        let (n, m) = (points.len(), around.len());
+        let (mut from, end) = (self.first, self.first + self.labels.len());
+        let mut open = Open::default();
+        let mut candidates = Vec::new();
+        let mut scratch = Scratch::default();
+        while from < end {
+            let q = (from * m / n).min(m - 1);
+            let to = if q + 1 < m { ((q + 1) * n).div_ceil(m).min(end) } else { end };
+            around.beside(q, &mut candidates);
+            self.label_stretch(&points[from..to], from, &candidates, &mut scratch, &mut open);
+            from = to;
+        }
+        open
+    }
+
+    fn label_stretch(
+        &mut self,
+        points: &[Vec3],
+        from: usize,
+        candidates: &[i32],
+        scratch: &mut Scratch,
+        open: &mut Open,
+    ) {
+        let n = points.len();
+        let labels = &mut self.labels[from - self.first..][..n];
+        let (d, best, near) = scratch.cleared(n);
+        for &l in candidates {
+            self.rulers[l as usize].distances(points, d);
+            for k in 0..n {
+                let sq = d[k] * d[k] * self.inverse;
+                let within = sq <= ACCEPT * ACCEPT;
+                near[k] += u32::from(within);
+                if within && sq < best[k] {
+                    best[k] = sq;
+                    labels[k] = l;
                 }
             }
-            out
-        })
-        .collect()
+        }
+        for (i, near) in (from as u32..).zip(near) {
+            match near {
+                0 => open.none.push(i),
+                1 => {}
+                _ => open.several.push(i),
+            }
+        }
+    }
+}
+
+/// Memory for one stretch, used again for the next.
+#[derive(Default)]
+struct Scratch {
+    distances: Vec<f64>,
+    best: Vec<f64>,
+    near: Vec<u32>,
+}
+
+impl Scratch {
+    fn cleared(&mut self, n: usize) -> (&mut [f64], &mut [f64], &mut [u32]) {
+        self.distances.resize(n.max(self.distances.len()), 0.0);
+        self.best.clear();
+        self.best.resize(n, f64::INFINITY);
+        self.near.clear();
+        self.near.resize(n, 0);
+        (&mut self.distances[..n], &mut self.best, &mut self.near)
+    }
+}
+
+/// The distinct labels of each sample point and its neighbours.
+struct Around {
+    /// Where each point's labels end.
+    ends: Vec<u32>,
+    labels: Vec<i32>,
+}
+
+impl Around {
+    fn of(scene: &Scene, labels: &[i32]) -> Self {
+        let starts: Vec<usize> = (0..scene.len()).step_by(CHUNK).collect();
+        let parts: Vec<Self> = starts
+            .into_par_iter()
+            .map(|from| {
+                let mut part = Self { ends: Vec::new(), labels: Vec::new() };
+                for i in from..scene.len().min(from + CHUNK) {
+                    let start = part.labels.len();
+                    let near = scene.neighbours(i).iter().map(|&j| labels[j as usize]);
+                    near.chain([labels[i]]).for_each(|l| add_label(&mut part.labels, start, l));
+                    part.ends.push(part.labels.len() as u32);
+                }
+                part
+            })
+            .collect();
+        let mut out = Self { ends: Vec::with_capacity(scene.len()), labels: Vec::new() };
+        for part in parts {
+            let before = out.labels.len() as u32;
+            out.ends.extend(part.ends.into_iter().map(|e| e + before));
+            out.labels.extend(part.labels);
+        }
+        out
+    }
+
+    fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    fn at(&self, i: usize) -> &[i32] {
+        let start = if i == 0 { 0 } else { self.ends[i - 1] };
+        &self.labels[start as usize..self.ends[i] as usize]
+    }
+
+    /// The labels around point `q` of the sample and the two beside it in the order.
+    fn beside(&self, q: usize, into: &mut Vec<i32>) {
+        into.clear();
+        for i in q.saturating_sub(1)..(q + 2).min(self.len()) {
+            self.at(i).iter().for_each(|&l| add_label(into, 0, l));
+        }
+    }
+}
+
+/// Adds a label that is not yet among those from `start` on.
+fn add_label(labels: &mut Vec<i32>, start: usize, l: i32) {
+    if l >= 0 && !labels[start..].contains(&l) {
+        labels.push(l);
+    }
 }
 
 /// Points near none of their stretch's candidates look at those of the sample points nearest in space:
@@ -107,12 +199,15 @@ fn labels_around(scene: &Scene, labels: &[i32]) -> Vec<Vec<i32>> {
 fn second_look(
     points: &[Vec3],
     scene: &Scene,
-    model: &Model,
-    around: &[Vec<i32>],
+    rulers: &[Ruler],
+    around: &Around,
     none: &[u32],
     labels: &mut [i32],
     inverse: f64,
 ) {
+    if none.is_empty() {
+        return;
+    }
     let raw: Vec<[f64; 3]> = scene.points.iter().map(|p| (*p).into()).collect();
     let Ok(tree) = ImmutableKdTree::<f64, 3>::new_from_slice(&raw) else { return };
     let found: Vec<i32> = none
@@ -123,8 +218,8 @@ fn second_look(
             let nearest =
                 tree.query(&[p.x, p.y, p.z]).nearest_one::<SquaredEuclidean<f64>>().execute();
             let mut best = (ACCEPT * ACCEPT, -1);
-            for &l in &around[nearest.item as usize] {
-                let r = model.shapes[l as usize].distance(p).powi(2) * inverse;
+            for &l in around.at(nearest.item as usize) {
+                let r = rulers[l as usize].distance(p).powi(2) * inverse;
                 if r <= best.0 {
                     best = (r, l);
                 }

@@ -1,0 +1,102 @@
+//! Normal equations of one linearisation, and the step they lead to.
+
+#![expect(clippy::needless_range_loop, reason = "triangles of small matrices read best by index")]
+
+use super::columns::Columns;
+use super::linearised::{Loss, linearise};
+use super::shape::{MAX_DOF, Shape};
+#[cfg(test)]
+use crate::geometry::Vec3;
+
+/// Normal equations of one linearisation: lower triangle of J'WJ, J'Wr and the weight. Sums add.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Normal {
+    pub(super) jj: [[f64; MAX_DOF]; MAX_DOF],
+    pub(super) jr: [f64; MAX_DOF],
+    pub(super) weight: f64,
+}
+
+impl Normal {
+    /// Those of `shape` over `points`, by squares.
+    pub fn of(shape: &Shape, points: &Columns) -> Self {
+        linearise(&shape.translated(&-points.origin), points, Loss::Squares).normal
+    }
+
+    /// Adds one point with a weight: what [`Self::of`] does for many.
+    #[cfg(test)]
+    pub(super) fn add(&mut self, shape: &Shape, x: &Vec3, weight: f64) {
+        let mut j = [0.0; MAX_DOF];
+        let d = shape.distance_jacobian(x, &mut j);
+        self.weight += weight;
+        for a in 0..shape.family.dof() {
+            let wj = weight * j[a];
+            self.jr[a] += wj * d;
+            for b in 0..=a {
+                self.jj[a][b] += wj * j[b];
+            }
+        }
+    }
+
+    /// Adds another sum over other points of the same shape.
+    pub fn merge(&mut self, other: &Self) {
+        for a in 0..MAX_DOF {
+            self.jr[a] += other.jr[a];
+            for b in 0..=a {
+                self.jj[a][b] += other.jj[a][b];
+            }
+        }
+        self.weight += other.weight;
+    }
+
+    /// The shape after one Gauss-Newton step; `None` where the points do not determine it or the step
+    /// would move the surface by more than `limit` (root mean square over the points).
+    pub fn step(&self, shape: &Shape, limit: f64) -> Option<Shape> {
+        let p = shape.family.dof();
+        let d = self.solve(p, 0.0)?;
+        let moved: f64 = -(0..p).map(|a| d[a] * self.jr[a]).sum::<f64>() / self.weight;
+        (moved >= 0.0 && moved.sqrt() < limit).then(|| shape.stepped(&d[..p])).flatten()
+    }
+
+    /// The shape after a step with Levenberg and Marquardt's damping.
+    pub(super) fn damped_step(&self, shape: &Shape, damping: f64) -> Option<Shape> {
+        let p = shape.family.dof();
+        self.solve(p, damping).and_then(|d| shape.stepped(&d[..p]))
+    }
+
+    /// Solves (A + damping diag A) x = -b for the lower triangle of A by Cholesky; `None` where not
+    /// positive definite.
+    fn solve(&self, p: usize, damping: f64) -> Option<[f64; MAX_DOF]> {
+        let (a, b) = (&self.jj, &self.jr);
+        let mut l = [[0.0; MAX_DOF]; MAX_DOF];
+        let top = (0..p).map(|i| a[i][i]).fold(0.0, f64::max);
+        for i in 0..p {
+            for j in 0..=i {
+                let mut s = a[i][j];
+                if i == j {
+                    s += damping * a[i][i] + 1e-14 * top;
+                }
+                for k in 0..j {
+                    s -= l[i][k] * l[j][k];
+                }
+                if i == j {
+                    if s <= 0.0 || !s.is_finite() {
+                        return None;
+                    }
+                    l[i][i] = s.sqrt();
+                } else {
+                    l[i][j] = s / l[j][j];
+                }
+            }
+        }
+        let mut x = [0.0; MAX_DOF];
+        for i in 0..p {
+            let s: f64 = (0..i).map(|k| l[i][k] * x[k]).sum();
+            x[i] = (-b[i] - s) / l[i][i];
+        }
+        for i in (0..p).rev() {
+            let s: f64 = (i + 1..p).map(|k| l[k][i] * x[k]).sum();
+            x[i] = (x[i] - s) / l[i][i];
+        }
+        Some(x)
+    }
+}
