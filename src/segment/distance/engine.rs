@@ -35,6 +35,19 @@ pub struct Model {
     pub merges: usize,
 }
 
+impl Model {
+    /// Whether a label is a surface's that is reported as one.
+    pub fn is_surface(&self, label: i32) -> bool {
+        label >= 0 && !self.spurious.get(label as usize).is_some_and(|s| *s)
+    }
+
+    /// Share of the points that surfaces explain.
+    pub fn explained(&self) -> f64 {
+        let n = self.labels.iter().filter(|&&l| self.is_surface(l)).count();
+        n as f64 / self.labels.len().max(1) as f64
+    }
+}
+
 /// Points of `members`, at most about `limit` of them, evenly along the scene's order.
 pub fn take(scene: &Scene, members: &[u32], limit: usize) -> Vec<Vec3> {
     let m = members.len().min(limit);

@@ -9,6 +9,9 @@ use crate::segment::Parameters;
 /// Points that every family is first tried on where all are wanted.
 const SCREEN: usize = 250;
 
+/// A gain in BIC that is not worth growing on for.
+const LITTLE: f64 = 4.0;
+
 /// What may be fitted, and how exact the points are.
 #[derive(Clone, Debug)]
 pub struct Families {
@@ -104,6 +107,22 @@ impl Families {
     /// The best fit of every family, by degrees of freedom.
     pub fn each(&self, patch: &Patch<'_>, warm: &[Shape]) -> Vec<Scored> {
         self.fit_in_turn(patch, warm, true)
+    }
+
+    /// The best family for a patch, each fitted until it no longer moves; `None` where that is hardly better
+    /// than `shape`.
+    pub fn thorough(&self, patch: &Patch<'_>, shape: &Shape) -> Option<Scored> {
+        let options = Options { cauchy: Some(2.5 * self.sigma), steps: 60, tolerance: 1e-7 };
+        let before = self.score(*shape, patch.points);
+        let mut starts = vec![*shape];
+        starts.extend(self.fit_in_turn(patch, &[*shape], true).iter().map(|s| s.shape));
+        let best = starts
+            .iter()
+            .filter_map(|s| fit(s, patch.points, None, &options))
+            .filter(|f| !self.degenerate(&f.shape))
+            .map(|f| self.score(f.shape, patch.points))
+            .min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+        (best.bic < before.bic - LITTLE).then_some(best)
     }
 
     /// Every family on a few points, then those that come near explaining them on all.

@@ -20,6 +20,8 @@ const INFLATION_SAMPLE: usize = 6_000;
 const CHUNK: usize = 4096;
 /// Cauchy's constant for residuals with a form error, in sigmas.
 const CAUCHY: f64 = 2.0;
+/// Mean square that a simpler family may have where there is a form error, over the richer one's.
+const FORM: f64 = 1.5;
 
 /// Fits every surface to all its points.
 ///
@@ -154,10 +156,14 @@ fn simplest(shape: &Shape, points: &Columns, total: f64, sigma: f64, cauchy: Opt
         let chi2 = f.mean_sq * total / (sigma * sigma);
         chi2 / inflation + f.shape.family.description_length(total as usize)
     };
+    // How much of a form error is the family's is not for it to say.
+    let within_form = |f: &Fitted, best: &Fitted| {
+        cauchy.is_some() && f.mean_sq < FORM * best.mean_sq.max(sigma * sigma)
+    };
     let mut best = f;
     for s in simpler {
         if let Some(f) = fitted(&s, 15)
-            && length(&f) < length(&best)
+            && (length(&f) < length(&best) || within_form(&f, &best))
         {
             best = f;
         }

@@ -21,9 +21,7 @@ const CORRELATED: f64 = 0.1;
 /// Multiples of sigma at which surfaces with a form error are looked for.
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Seeds that a level is judged by.
-const LOOK: usize = 24;
-/// The largest hypotheses of a level that it is judged by.
-const JUDGED: usize = 8;
+const LOOK: usize = 16;
 /// Growths from elsewhere in a hypothesis, and how many of them must end up the same.
 const REGROWN: (usize, usize) = (5, 3);
 /// Common share of two supports that are the same.
@@ -66,7 +64,7 @@ pub fn hypotheses(
     }
     let most = levels.iter().map(|l| l.0).max().unwrap_or(0);
     // The smallest sigma that sees nearly as much as any.
-    if let Some((_, looser)) = levels.into_iter().find(|l| l.0 * 5 >= most * 4) {
+    if let Some((_, looser)) = levels.into_iter().find(|l| l.0 * 10 >= most * 9) {
         *families = looser;
         let all = hypothesise(scene, families, usize::MAX, seed, trials, whole, monitor)?;
         return Ok((judged(scene, families, all), true));
@@ -74,10 +72,8 @@ pub fn hypotheses(
     Ok((standing_out(first), true))
 }
 
-/// Points that lie in sound hypotheses among the largest, and their share of what those cover.
-fn coverage(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> (usize, f64) {
-    found.sort_by_key(|h| std::cmp::Reverse(h.support.len()));
-    found.truncate(JUDGED);
+/// Points that lie in sound hypotheses, and their share of what all cover.
+fn coverage(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> (usize, f64) {
     let points = |found: &[Hypothesis]| {
         let mut all: Vec<u32> = found.iter().flat_map(|h| h.support.iter().copied()).collect();
         all.sort_unstable();
@@ -126,7 +122,18 @@ fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]
             common as f64 > SAME * (own.len() + other.support.len() - common) as f64
         })
     };
-    (0..REGROWN.0).filter(same).count() >= REGROWN.1
+    let (mut alike, mut other) = (0, 0);
+    for k in 0..REGROWN.0 {
+        if same(&k) {
+            alike += 1;
+        } else {
+            other += 1;
+        }
+        if alike == REGROWN.1 || other > REGROWN.0 - REGROWN.1 {
+            break;
+        }
+    }
+    alike == REGROWN.1
 }
 
 /// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger

@@ -8,6 +8,9 @@ use crate::geometry::Vec3;
 
 /// Points a fit during growth looks at.
 const FIT_SAMPLE: usize = 400;
+/// Points that a fit looks at where growth ends although residuals are correlated, and how often it may.
+const THOROUGH_SAMPLE: usize = 1200;
+const THOROUGH: usize = 3;
 /// Support reaches this many sigmas from the surface.
 const REACH: f64 = 3.0;
 
@@ -25,9 +28,12 @@ pub struct Hypothesis {
     pub sound: bool,
 }
 
+/// Correlation times the root of the number of points that chance seldom exceeds.
+const CHANCE: f64 = 1.5;
+
 /// Whether a correlation of residuals is more than chance gives for `n` points.
 pub fn correlated(correlation: f64, n: usize) -> bool {
-    correlation > 0.15 + 1.5 / (n.max(1) as f64).sqrt()
+    correlation > 0.15 + CHANCE / (n.max(1) as f64).sqrt()
 }
 
 /// The mean product of neighbouring residuals over their mean square, on a sample of `support`: near 0
@@ -43,25 +49,49 @@ pub fn correlation(
     inside: impl Fn(u32) -> bool,
 ) -> f64 {
     let m = support.len().min(600);
-    let (mut product, mut square, mut count) = (0.0, 0.0, 0);
+    // Strips of other faces that lie within reach along an edge say nothing about this one: its
+    // interior does, where it has one.
+    let (mut all, mut interior) = (Products::default(), Products::default());
     for k in 0..m {
         let i = support[k * support.len() / m] as usize;
         let r = shape.distance(&scene.points[i]);
         let (mut sum, mut near) = (0.0, 0);
-        for &j in scene.neighbours(i).iter().take(6) {
+        for &j in scene.neighbours(i).iter().take(AROUND) {
             if inside(j) {
                 sum += shape.distance(&scene.points[j as usize]);
                 near += 1;
             }
         }
         if near > 0 {
-            product += r * sum / f64::from(near);
-            square += r * r;
-            count += 1;
+            all.add(r, sum / near as f64);
+        }
+        if near == AROUND {
+            interior.add(r, sum / near as f64);
         }
     }
+    let Products { product, square, count } =
+        if interior.count * 4 > all.count { interior } else { all };
     let rms = (square / f64::from(count.max(1))).sqrt();
     if rms < 0.3 * sigma { 0.0 } else { product / square }
+}
+
+/// Neighbours whose residuals are compared with a point's.
+const AROUND: usize = 6;
+
+/// Sums of products of residuals.
+#[derive(Clone, Copy, Default)]
+struct Products {
+    product: f64,
+    square: f64,
+    count: u32,
+}
+
+impl Products {
+    fn add(&mut self, r: f64, around: f64) {
+        self.product += r * around;
+        self.square += r * r;
+        self.count += 1;
+    }
 }
 
 /// Scratch memory for walks over the graph, reused between them.
@@ -196,6 +226,7 @@ fn grow_from(
     }
     let mut good: Option<(Shape, Vec<u32>)> = None;
     let mut fresh = true;
+    let mut thorough = THOROUGH;
     for _ in 0..40 {
         let shape = best.shape;
         let limit = (support.len() * 2).max(40);
@@ -210,7 +241,19 @@ fn grow_from(
         let stalled = next.len() * 20 < support.len() * 21;
         if stalled && fresh {
             support = next;
-            break;
+            // A fit caught halfway along its valley looks like this: small residuals that go together.
+            let among = |j| walk.contains(j);
+            let left = correlation(scene, &shape, &support, sigma, among);
+            if thorough == 0 || left < 0.08 + CHANCE / (support.len() as f64).sqrt() {
+                break;
+            }
+            thorough -= 1;
+            sample(scene, &support, THOROUGH_SAMPLE, &mut points, &mut normals);
+            let patch = Patch { points: &points, normals: &normals };
+            let Some(found) = families.thorough(&patch, &shape) else { break };
+            best = found;
+            fresh = true;
+            continue;
         }
         support = next;
         sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);

@@ -80,7 +80,12 @@ fn find(
     if n > COARSE {
         labelled = label_if_enough(&points, &discovery, parameters, monitor)?;
         if labelled.is_none() {
-            discovery = discover(&points, FINE, parameters, monitor)?;
+            let fine = discover(&points, FINE, parameters, monitor)?;
+            // With a form error it may be the thinner sample that sees the surfaces.
+            if !discovery.model.form_error || fine.model.explained() >= discovery.model.explained()
+            {
+                discovery = fine;
+            }
         }
     }
     monitor.progress(Stage::Refine, 0.85);
@@ -92,12 +97,11 @@ fn find(
     let (trials, merges) = (model.trials, model.merges);
     let counters =
         Counters { trials: trials.0, failed_trials: trials.1, merges, ..Counters::default() };
-    let (shapes, mut labels) = (model.shapes, labelled.labels);
-    for l in &mut labels {
-        if *l >= 0 && model.spurious.get(*l as usize).is_some_and(|s| *s) {
-            *l = -1;
-        }
+    let mut labels = labelled.labels;
+    for l in labels.iter_mut().filter(|l| !model.is_surface(**l)) {
+        *l = -1;
     }
+    let shapes = model.shapes;
     Ok(Found { points, centre, places, shapes, labels, noise, scene, counters })
 }
 
@@ -195,7 +199,7 @@ fn label_if_enough(
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Option<spread::Labelled>, SegmentError> {
-    if found.model.form_error {
+    if found.model.form_error && found.model.explained() > 0.5 {
         // More points tell no more about surfaces that are off by more than the noise.
         return Ok(Some(label_all(points, &found.scene, &found.model, found.sigma)));
     }
