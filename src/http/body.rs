@@ -1,5 +1,3 @@
-use std::time::Duration;
-
 use axum::{
     body::{Body, BodyDataStream},
     extract::{FromRequest, Multipart, Request as HttpRequest, multipart::Field},
@@ -19,14 +17,15 @@ const MAX_PARAMETERS_BYTES: usize = 64 * 1024;
 /// Reads the cloud of a request, raw or multipart, and what the body says of the request.
 ///
 /// # Errors
-/// The body is too long, too slow, broken or of no known kind, or a parameter in it is wrong.
+/// There is no room, or the body is too long, too slow, broken or of no known kind, or a parameter in
+/// it is wrong.
 pub async fn read(
     service: &Service,
     message: HttpRequest,
     request: &mut Request,
-    timeout: Duration,
 ) -> Result<Upload, ServiceError> {
-    let mut upload = service.upload();
+    service.check_room()?;
+    let mut upload = service.upload(service.share());
     let reading = async {
         if media_type(message.headers()).is_some_and(|t| t.starts_with("multipart/form-data")) {
             multipart(message, request, &mut upload).await
@@ -34,13 +33,9 @@ pub async fn read(
             raw(message, request, &mut upload).await
         }
     };
-    match tokio::time::timeout(timeout, reading).await {
-        Ok(done) => done.map(|()| upload),
-        Err(_) => Err(ServiceError::new(
-            ErrorKind::UploadTimeout,
-            format!("the upload took longer than {} s", timeout.as_secs_f64()),
-        )),
-    }
+    let limit = service.config().upload_timeout;
+    let done = tokio::time::timeout(limit, reading).await;
+    done.map_err(|_| ServiceError::upload_timeout(limit))?.map(|()| upload)
 }
 
 fn media_type(headers: &HeaderMap) -> Option<&str> {

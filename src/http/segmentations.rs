@@ -5,8 +5,13 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
+use bytes::Bytes;
+
 use super::{App, accept, body, jobs};
-use crate::service::{Caller, Document, ErrorKind, Representation, Request, ServiceError};
+use crate::{
+    jobs::BytesHeld,
+    service::{Caller, Document, ErrorKind, Representation, Request, ServiceError},
+};
 
 /// Name and value pairs of a query, in its order.
 pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
@@ -44,15 +49,23 @@ pub async fn create(
     let form = accept::negotiate(message.headers(), Representation::ALL);
     // a job's result is negotiated when it is fetched
     let form = if later { form.unwrap_or(Representation::Json) } else { form? };
-    let timeout = app.config.upload_timeout;
-    let upload = body::read(&app.service, message, &mut request, timeout).await?;
+    let upload = body::read(&app.service, message, &mut request).await?;
     if later {
         let (job, _) = app.service.submit(caller, key, upload, request).await?;
         return Ok(jobs::accepted(job.view()));
     }
+    let held = upload.held().clone();
     let write = move |answer, labels| form.render(answer, labels);
     let bytes = app.service.segment(upload, request, write).await?;
-    Ok(answered(form, bytes))
+    Ok(answered(form, carried(bytes, &held)))
+}
+
+/// The bytes of an answer, which hold `held` until they are sent: callers that read slowly take their
+/// part of the budget.
+pub fn carried(bytes: Vec<u8>, held: &BytesHeld) -> Bytes {
+    // the work is done, so an answer that the budget has no room for goes out all the same
+    let _ = held.grow_to(bytes.len() as u64);
+    held.carried_by(bytes)
 }
 
 /// Whether the caller prefers a job (RFC 7240).
@@ -71,7 +84,7 @@ fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, ServiceError> 
 }
 
 /// A result in one of its forms.
-pub fn answered(form: Representation, bytes: Vec<u8>) -> Response {
+pub fn answered(form: Representation, bytes: Bytes) -> Response {
     let headers = [(header::CONTENT_TYPE, form.media_type()), (header::VARY, "Accept")];
     (headers, bytes).into_response()
 }

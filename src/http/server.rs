@@ -10,11 +10,14 @@ use tokio::{
     io::{AsyncRead, AsyncWrite},
     net::{TcpListener, TcpStream},
 };
+use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 
 /// Longest time for a request's head, and for a TLS handshake.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+/// Longest time a connection may take no byte of an answer.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
 /// A silent HTTP/2 connection is asked this often whether it lives.
 const PING_INTERVAL: Duration = Duration::from_secs(20);
 /// The pause after the system gave no connection, for example for want of file handles.
@@ -76,7 +79,10 @@ async fn exchange(
     let mut builder = Builder::new(TokioExecutor::new());
     builder.http1().timer(TokioTimer::new()).header_read_timeout(HEAD_TIMEOUT);
     builder.http2().timer(TokioTimer::new()).keep_alive_interval(PING_INTERVAL);
+    let mut stream = TimeoutStream::new(stream);
+    stream.set_write_timeout(Some(WRITE_TIMEOUT));
     let service = TowerToHyperService::new(router);
-    let connection = builder.serve_connection(TokioIo::new(stream), service).into_owned();
+    let connection = builder.serve_connection(TokioIo::new(Box::pin(stream)), service);
+    let connection = connection.into_owned();
     watch.watch(connection).await
 }

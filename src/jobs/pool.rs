@@ -119,7 +119,7 @@ impl Pool {
         place.map(Place).map_err(|_| Overloaded::Queue { limit: self.config.queue })
     }
 
-    /// Waits for a turn and does `work` on the lane's threads.
+    /// Waits for a turn and does `work` on the lane's threads, within the caller's span.
     ///
     /// Dropping the future while it waits leaves the queue; once begun, the work runs to its end, so
     /// it should watch a [`super::Control`].
@@ -142,7 +142,9 @@ impl Pool {
         metrics::histogram!("conicoid_wait_seconds", "lane" => lane.name())
             .record(waiting.elapsed());
         let (answer, answered) = oneshot::channel();
+        let span = tracing::Span::current();
         turn.spawn(move || {
+            let _within = span.entered();
             let running = Instant::now();
             let done = catch_unwind(AssertUnwindSafe(work));
             metrics::histogram!("conicoid_run_seconds", "lane" => lane.name())

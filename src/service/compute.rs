@@ -6,7 +6,7 @@ use super::{Document, Input, Request, ServiceError, Timing, UnassignedPoints};
 use crate::{
     formats::{self, Format, Limits},
     geometry::PointCloud,
-    jobs::Control,
+    jobs::{Control, trace},
     segment::{Segmentation, segment},
 };
 
@@ -36,11 +36,14 @@ pub fn compute(
     }
     let begin = Instant::now();
     let format = request.format.or_else(|| Format::detect(bytes));
-    let (cloud, sha256) = rayon::join(|| formats::read(bytes, format, limits), || sha256(bytes));
+    let (cloud, sha256) = trace::step("parse")
+        .in_scope(|| rayon::join(|| formats::read(bytes, format, limits), || sha256(bytes)));
     let (cloud, parse) = (cloud?, begin.elapsed().as_secs_f64());
-    let found = segment(&cloud, &request.parameters, control)
-        .map_err(|error| control.stop().map_or_else(|| error.into(), ServiceError::from))?;
+    let span = trace::step("segment");
+    let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
+    let found = found.map_err(|e| control.stop().map_or_else(|| e.into(), ServiceError::from))?;
     let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
+    describe(&span, &cloud, &found, &timing);
     metrics::counter!("conicoid_points_total").increment(cloud.input_len as u64);
     let input = Input {
         points: cloud.input_len,
@@ -49,6 +52,15 @@ pub fn compute(
         skipped: cloud.skipped(),
     };
     Ok(Answer { document: document(&cloud, found, input, timing), cloud })
+}
+
+/// What a trace tells of a segmentation.
+fn describe(span: &tracing::Span, cloud: &PointCloud, found: &Segmentation, timing: &Timing) {
+    trace::set(span, "conicoid.points", cloud.input_len as i64);
+    trace::set(span, "conicoid.regions", found.regions.len() as i64);
+    for (stage, seconds) in &timing.stages {
+        trace::set(span, format!("conicoid.stage.{stage}.seconds"), *seconds);
+    }
 }
 
 fn document(cloud: &PointCloud, found: Segmentation, input: Input, timing: Timing) -> Document {

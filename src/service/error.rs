@@ -1,3 +1,5 @@
+use std::time::Duration;
+
 use tonic::Code;
 
 use crate::{
@@ -159,6 +161,12 @@ impl ServiceError {
     /// An error of `kind`.
     pub fn new(kind: ErrorKind, detail: impl Into<String>) -> Self {
         Self { kind, detail: detail.into() }
+    }
+
+    /// An upload took longer than `limit`.
+    pub fn upload_timeout(limit: Duration) -> Self {
+        let detail = format!("the upload took longer than {} s", limit.as_secs_f64());
+        Self::new(ErrorKind::UploadTimeout, detail)
     }
 
     /// Counts a request that was refused for this.

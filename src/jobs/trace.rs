@@ -1,0 +1,61 @@
+//! Spans for traces, apart from those of the log: they have the names of OpenTelemetry's conventions,
+//! and cost nothing where no collector is set.
+
+use std::collections::HashMap;
+
+use opentelemetry::{
+    Key, Value,
+    propagation::TextMapPropagator,
+    trace::{Status, TraceContextExt},
+};
+use opentelemetry_sdk::propagation::TraceContextPropagator;
+use tracing::Span;
+use tracing_opentelemetry::OpenTelemetrySpanExt;
+
+/// The target of every span that goes into traces and of nothing else.
+pub const TARGET: &str = "conicoid::trace";
+
+/// The W3C headers that carry a trace from its caller.
+pub const HEADERS: [&str; 2] = ["traceparent", "tracestate"];
+
+/// A span around a request, within the trace its caller's headers name.
+pub fn server(log: &Span, name: &str, header: impl Fn(&str) -> Option<String>) -> Span {
+    let span = tracing::info_span!(target: TARGET, parent: log, "request", otel.name = name, otel.kind = "server");
+    if !span.is_disabled() {
+        let carried = HEADERS.into_iter().filter_map(|name| Some((name.to_owned(), header(name)?)));
+        let carried: HashMap<_, _> = carried.collect();
+        // where there is nothing to follow the span begins a trace
+        let _ = span.set_parent(TraceContextPropagator::new().extract(&carried));
+    }
+    span
+}
+
+/// A span around a job, which outlives the request it came by and is linked to it.
+pub fn job(log: &Span) -> Span {
+    let caller = Span::current();
+    let span = tracing::info_span!(target: TARGET, parent: log, "job", otel.kind = "consumer");
+    if !span.is_disabled() {
+        span.add_link(caller.context().span().span_context().clone());
+    }
+    span
+}
+
+/// A span around a step of the work.
+pub fn step(name: &str) -> Span {
+    tracing::info_span!(target: TARGET, "step", otel.name = name)
+}
+
+/// Says something of a span in its trace.
+pub fn set(span: &Span, name: impl Into<Key>, value: impl Into<Value>) {
+    if !span.is_disabled() {
+        span.set_attribute(name, value);
+    }
+}
+
+/// Marks a span as failed, with the kind of error.
+pub fn fail(span: &Span, error_type: String) {
+    if !span.is_disabled() {
+        span.set_attribute("error.type", error_type);
+        span.set_status(Status::error(""));
+    }
+}
