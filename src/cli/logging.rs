@@ -18,18 +18,18 @@ pub fn start(settings: &Settings, traces: Option<&Traces>) -> Result<(), AnyErro
     let lines = filter.and(filter_fn(|of| of.target() != trace::TARGET));
     let log = tracing_subscriber::fmt::layer().with_writer(io::stderr);
     let log = log.with_ansi(io::stderr().is_terminal());
-    let log: Box<dyn Layer<Registry> + Send + Sync> = match settings.log_format {
+    let mut layers: Vec<Box<dyn Layer<Registry> + Send + Sync>> = vec![match settings.log_format {
         LogFormat::Text => log.with_filter(lines).boxed(),
         LogFormat::Json => log.json().flatten_event(true).with_filter(lines).boxed(),
-    };
-    let spans = traces.map(|traces| {
+    }];
+    layers.extend(traces.map(|traces| {
         let layer = tracing_opentelemetry::layer()
             .with_tracer(traces.provider().tracer("conicoid"))
             .with_location(false)
             .with_threads(false)
             .with_target(false)
             .with_tracked_inactivity(false);
-        layer.with_filter(filter_fn(|of| of.target() == trace::TARGET))
-    });
-    Ok(tracing_subscriber::registry().with(log).with(spans).try_init()?)
+        layer.with_filter(filter_fn(|of| of.target() == trace::TARGET)).boxed()
+    }));
+    Ok(tracing_subscriber::registry().with(layers).try_init()?)
 }

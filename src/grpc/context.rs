@@ -9,7 +9,7 @@ use axum::{
 };
 use http_body_util::BodyExt;
 use tonic::Code;
-use tracing::{Instrument, Span};
+use tracing::Span;
 use uuid::Uuid;
 
 use super::intake::Intake;
@@ -37,7 +37,7 @@ pub async fn wrap(
     let span = traced(&log, &request, &method);
     let held = service.share();
     let call = next.run(counted(request, &service, &held));
-    let mut response = call.instrument(span.clone()).instrument(log.clone()).await;
+    let mut response = trace::Scope::new(log.clone(), span.clone()).cover(call).await;
     if let Ok(value) = id.parse() {
         response.headers_mut().insert("x-request-id", value);
     }

@@ -6,7 +6,7 @@ use axum::{
     middleware::Next,
     response::Response,
 };
-use tracing::{Instrument, Span};
+use tracing::Span;
 use uuid::Uuid;
 
 use super::problem;
@@ -25,7 +25,8 @@ pub async fn wrap(request: Request, next: Next) -> Response {
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
     let log = tracing::info_span!("http", request_id = id, %method, path);
     let span = traced(&log, &request, route.as_deref());
-    let response = next.run(request).instrument(span.clone()).instrument(log.clone()).await;
+    let scope = trace::Scope::new(log.clone(), span.clone());
+    let response = scope.cover(next.run(request)).await;
     let error = response.extensions().get::<ServiceError>().cloned();
     let mut response = problem::complete(response, &path, &id);
     if let Ok(value) = HeaderValue::from_str(&id) {

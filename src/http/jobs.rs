@@ -166,6 +166,17 @@ pub async fn result(
     Ok(answered(form, carried(bytes, &held)))
 }
 
+/// One server-sent event of a job.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct JobEvent {
+    /// What happened: always `job`.
+    #[schema(example = "job")]
+    pub event: String,
+    /// The job as it now is, a `JobDocument` in JSON.
+    #[schema(content_media_type = "application/json")]
+    pub data: String,
+}
+
 /// The progress of a job as server-sent events
 ///
 /// One event `job` now and at each change, its data a job as JSON; the stream ends with the job.
@@ -173,7 +184,8 @@ pub async fn result(
     get, path = "/v1/jobs/{id}/events", operation_id = "getJobEvents", tag = "jobs",
     params(("id" = String, Path, description = "The job's id")),
     responses((
-        status = 200, description = "The events", body = String, content_type = "text/event-stream"
+        status = 200, description = "The events, each in this form", body = JobEvent,
+        content_type = "text/event-stream"
     )),
 )]
 pub async fn events(

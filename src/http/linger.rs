@@ -15,6 +15,8 @@ use futures::StreamExt;
 use http_body::{Frame, SizeHint};
 use tokio::sync::oneshot;
 
+use crate::service::{ErrorKind, ServiceError};
+
 /// Longest time the rest of a refused upload is read.
 const LINGER: Duration = Duration::from_secs(5);
 
@@ -31,7 +33,10 @@ pub async fn read_to_the_end(request: Request, next: Next) -> Response {
     let request =
         request.map(|body| Body::new(Lent { body: Some(body), give_back: Some(give_back) }));
     let response = next.run(request).await;
-    if let Ok(rest) = left.try_recv() {
+    // a body that is too slow is not waited for any longer
+    let error = response.extensions().get::<ServiceError>();
+    let late = error.is_some_and(|error| error.kind == ErrorKind::UploadTimeout);
+    if let (Ok(rest), false) = (left.try_recv(), late) {
         let discard = async {
             let mut rest = rest.into_data_stream();
             while let Some(Ok(_)) = rest.next().await {}

@@ -86,7 +86,7 @@ fn use_cases() -> OpenApiRouter<App> {
 
 /// The routes open to everybody.
 fn contract() -> OpenApiRouter<App> {
-    OpenApiRouter::new().routes(routes!(openapi_json)).routes(routes!(docs))
+    OpenApiRouter::new().routes(routes!(openapi_json)).routes(routes!(docs)).routes(routes!(viewer))
 }
 
 fn cors(origins: &[HeaderValue]) -> CorsLayer {
@@ -123,7 +123,23 @@ async fn openapi_json(State(app): State<App>) -> impl IntoResponse {
     responses((status = 200, description = "The page", body = String, content_type = "text/html")),
 )]
 async fn docs() -> impl IntoResponse {
+    page(include_str!("pages/docs.html"))
+}
+
+/// The viewer
+///
+/// A page that segments a cloud dropped on it and shows its points in the colours of their surfaces.
+#[utoipa::path(
+    get, path = "/", operation_id = "getViewer", tag = "contract",
+    responses((status = 200, description = "The page", body = String, content_type = "text/html")),
+)]
+async fn viewer() -> impl IntoResponse {
+    page(include_str!("pages/viewer.html"))
+}
+
+/// A page that may use itself and this service, and nothing from elsewhere.
+fn page(text: &'static str) -> impl IntoResponse {
     let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
-                  connect-src 'self'";
-    ([(header::CONTENT_SECURITY_POLICY, policy)], Html(include_str!("docs.html")))
+                  connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    ([(header::CONTENT_SECURITY_POLICY, policy)], Html(text))
 }

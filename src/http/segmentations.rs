@@ -10,7 +10,7 @@ use bytes::Bytes;
 use super::{App, accept, body, jobs};
 use crate::{
     jobs::BytesHeld,
-    service::{Caller, Document, ErrorKind, Representation, Request, ServiceError},
+    service::{Caller, Document, ErrorKind, Representation, Request, ServiceError, is_list, specs},
 };
 
 /// Name and value pairs of a query, in its order.
@@ -18,8 +18,8 @@ pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
 
 /// Find the quadric surfaces in a cloud
 ///
-/// The cloud is the body, its format named by `Content-Type` or `format` or told from its bytes; or
-/// it is the part `cloud` of a multipart body, whose part `parameters` is a JSON object. The body may
+/// The cloud is the body, its format named by `format` or `Content-Type` (such as `model/ply`) or told
+/// from its bytes; or it is the part `cloud` of a multipart body, whose part `parameters` is a JSON object. The body may
 /// be compressed (`Content-Encoding: gzip` or `zstd`). A caller that goes away cancels the work.
 ///
 /// With `Prefer: respond-async` the cloud becomes a job that outlives the request. A retried
@@ -32,10 +32,7 @@ pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
     tag = "segmentations",
     responses(
         (status = 200, description = "The surfaces found", body = Document),
-        (
-            status = 202, description = "The job", body = jobs::JobDocument,
-            headers(("Location" = String, description = "Where the job is"))
-        ),
+        (status = 202, description = "The job", body = jobs::JobDocument),
     ),
 )]
 pub async fn create(
@@ -89,9 +86,39 @@ pub fn answered(form: Representation, bytes: Bytes) -> Response {
     (headers, bytes).into_response()
 }
 
+/// The request in a query. Lists may be written `a,b,c` or by repeating their name; nothing else may
+/// stand twice.
 fn from_query(query: Pairs) -> Result<Request, ServiceError> {
-    let Query(pairs) = query.map_err(|e| {
-        ServiceError::new(ErrorKind::InvalidParameter, format!("the query cannot be read: {e}"))
-    })?;
-    Request::from_pairs(pairs.iter().map(|(name, value)| (name.as_str(), value.as_str())))
+    let invalid = |detail| ServiceError::new(ErrorKind::InvalidParameter, detail);
+    let Query(pairs) = query.map_err(|e| invalid(format!("the query cannot be read: {e}")))?;
+    let mut given: Vec<(String, String)> = Vec::new();
+    for (name, value) in pairs {
+        let is_list = || specs().any(|spec| spec.name == name && is_list(spec));
+        match given.iter_mut().find(|(known, _)| *known == name) {
+            None => given.push((name, value)),
+            Some((_, list)) if is_list() => *list = format!("{list},{value}"),
+            Some(_) => return Err(invalid(format!("parameter '{name}' stands more than once"))),
+        }
+    }
+    Request::from_pairs(given.iter().map(|(name, value)| (name.as_str(), value.as_str())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn query(pairs: &[(&str, &str)]) -> Result<Request, ErrorKind> {
+        let pairs = pairs.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect();
+        from_query(Ok(Query(pairs))).map_err(|error| error.kind)
+    }
+
+    #[test]
+    fn lists_are_repeated_or_written_with_commas() {
+        let repeated = query(&[("surfaces", "plane"), ("seed", "1"), ("surfaces", "cone")]);
+        assert_eq!(repeated, query(&[("surfaces", "plane,cone"), ("seed", "1")]));
+        let direction = [("axis_direction", "0"), ("axis_direction", "0"), ("axis_direction", "1")];
+        assert_eq!(query(&direction).unwrap().parameters.axis_direction, Some([0.0, 0.0, 1.0]));
+        let twice = query(&[("seed", "1"), ("seed", "1")]);
+        assert_eq!(twice, Err(ErrorKind::InvalidParameter));
+    }
 }

@@ -6,7 +6,6 @@ use std::{
 
 use bytes::Bytes;
 use tokio_util::task::TaskTracker;
-use tracing::Instrument;
 use uuid::Uuid;
 
 use super::{
@@ -132,7 +131,7 @@ impl Book {
         let span = trace::job(&log);
         trace::set(&span, "conicoid.job.id", id.to_string());
         let run = Arc::clone(self).drive(job, place, held);
-        self.tasks.spawn(run.instrument(span).instrument(log));
+        self.tasks.spawn(trace::Scope::new(log, span).cover(run));
     }
 
     /// Sees a job through: waits for its turn, runs it and writes down its end.

@@ -9,7 +9,7 @@ use opentelemetry::{
     trace::{Status, TraceContextExt},
 };
 use opentelemetry_sdk::propagation::TraceContextPropagator;
-use tracing::Span;
+use tracing::{Instrument, Span};
 use tracing_opentelemetry::OpenTelemetrySpanExt;
 
 /// The target of every span that goes into traces and of nothing else.
@@ -17,6 +17,40 @@ pub const TARGET: &str = "conicoid::trace";
 
 /// The W3C headers that carry a trace from its caller.
 pub const HEADERS: [&str; 2] = ["traceparent", "tracestate"];
+
+tokio::task_local! {
+    static SCOPE: Scope;
+}
+
+/// The spans of a request or a job: the log's, and the trace's.
+#[derive(Clone, Debug)]
+pub struct Scope {
+    log: Span,
+    trace: Span,
+}
+
+impl Scope {
+    /// The two spans of one request or job.
+    pub fn new(log: Span, trace: Span) -> Self {
+        Self { log, trace }
+    }
+
+    /// The scope that the current task works in.
+    pub fn current() -> Self {
+        SCOPE.try_with(Self::clone).unwrap_or_else(|_| Self::new(Span::none(), Span::none()))
+    }
+
+    /// Does `work` within both spans, on whichever thread this is.
+    pub fn enter<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.log.in_scope(|| self.trace.in_scope(work))
+    }
+
+    /// Lets `work` be done within both spans.
+    pub async fn cover<T>(self, work: impl Future<Output = T>) -> T {
+        let (log, trace) = (self.log.clone(), self.trace.clone());
+        SCOPE.scope(self, work).instrument(trace).instrument(log).await
+    }
+}
 
 /// A span around a request, within the trace its caller's headers name.
 pub fn server(log: &Span, name: &str, header: impl Fn(&str) -> Option<String>) -> Span {

@@ -1,6 +1,7 @@
 //! The listeners, overload, deadlines, health and the end of the service.
 
 use conicoid::service::message::v1;
+use futures::StreamExt;
 use tonic::Code;
 use tonic_health::pb::{HealthCheckRequest, health_client::HealthClient};
 
@@ -53,6 +54,54 @@ async fn an_upload_that_stalls_times_out() {
     let stalled = reqwest::Body::wrap_stream(futures::stream::pending::<Result<String, String>>());
     let refused = running.post("", stalled).await;
     assert_eq!(problem(refused).await, (408, "upload_timeout".to_owned()));
+}
+
+#[tokio::test]
+async fn a_call_whose_upload_stalls_times_out() {
+    let running = start(&["--upload-timeout=0.05"]).await;
+    let start = v1::Upload { part: Some(v1::upload::Part::Start(Default::default())) };
+    let stalled = futures::stream::iter([start]).chain(futures::stream::pending());
+    let status = running.grpc().await.segment_upload(stalled).await.unwrap_err();
+    assert_eq!(reason(&status), (Code::DeadlineExceeded, "upload_timeout".to_owned()));
+}
+
+#[tokio::test]
+async fn a_message_beyond_the_byte_budget_is_refused_before_it_is_put_together() {
+    let running = start(&["--max-bytes-in-flight=100000"]).await;
+    let message =
+        |bytes| v1::SegmentRequest { cloud: vec![b' '; bytes].into(), ..Default::default() };
+    let status = running.grpc().await.segment(message(100_000)).await.unwrap_err();
+    assert_eq!(reason(&status), (Code::ResourceExhausted, "overloaded".to_owned()));
+    let status = running.grpc().await.segment(message(90_000)).await.unwrap_err();
+    assert_eq!(status.code(), Code::InvalidArgument, "{status}");
+    assert_eq!(running.service.bytes_in_flight(), 0);
+}
+
+#[tokio::test]
+async fn a_caller_reads_why_its_large_upload_is_refused() {
+    let running = start(&["--max-bytes-in-flight=1000"]).await;
+    for _ in 0..20 {
+        let refused = running.post("", vec![b' '; 8 << 20]).await;
+        assert_eq!(problem(refused).await, (503, "overloaded".to_owned()));
+    }
+}
+
+#[tokio::test]
+async fn an_answer_that_is_not_read_keeps_its_part_of_the_budget() {
+    let running = start(&[]).await;
+    let cloud = clouds::ply(&clouds::bracket(100_000));
+    let bytes = cloud.len() as u64;
+    let client = reqwest::Client::builder().http2_prior_knowledge();
+    // two streams of one connection whose window is small
+    let client = client.http2_initial_stream_window_size(1000).build().unwrap();
+    let url = running.url("/v1/segmentations?method=rcond&max_regions=1&deadline=60");
+    let answer = client.post(url).body(cloud).send().await.unwrap();
+    assert_eq!(answer.status(), 200);
+    assert!(running.service.bytes_in_flight() >= bytes);
+    answer.bytes().await.unwrap();
+    while running.service.bytes_in_flight() > 0 {
+        tokio::task::yield_now().await;
+    }
 }
 
 #[tokio::test]
