@@ -203,23 +203,19 @@ fn cloud_body() -> RequestBody {
         .property("cloud", file)
         .property("parameters", parameters.description(Some("The parameters of the query")))
         .required("cloud");
-    let mut body = RequestBodyBuilder::new()
+    let body = RequestBodyBuilder::new()
         .description(Some("The point cloud"))
         .required(Some(Required::True))
         .content("multipart/form-data", Content::new(Some(form)));
-    for media_type in ["application/octet-stream", "text/csv"] {
-        let mut content = binary();
-        content.example = example(media_type);
-        body = body.content(media_type, content);
-    }
-    body.build()
+    let mut file = binary();
+    file.example = Some(example());
+    body.content("application/octet-stream", file).build()
 }
 
 /// A small cloud as text: points of a plane.
-fn example(media_type: &str) -> Option<Value> {
+fn example() -> Value {
     let row = |i: usize| format!("{},{},{}", i % 4, i / 4, 2 * (i % 4));
-    let lines = (0..16).map(row).collect::<Vec<_>>().join("\n");
-    (media_type == "text/csv").then(|| json!(lines))
+    json!((0..16).map(row).collect::<Vec<_>>().join("\n"))
 }
 
 /// Every form of the result, and what the usual one looks like.

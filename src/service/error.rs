@@ -194,6 +194,7 @@ impl From<FormatError> for ServiceError {
             FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
             FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
             FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,
+            FormatError::Stopped => ErrorKind::Cancelled,
             _ => ErrorKind::MalformedCloud,
         };
         Self::new(kind, error.to_string())

@@ -3,7 +3,8 @@
 
 use std::{
     fs,
-    io::{BufRead, BufReader},
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
     process::{Child, Command, Stdio},
     time::{Duration, Instant},
 };
@@ -94,8 +95,15 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // it takes its browser with it
-        let _ = Command::new("kill").arg(self.driver.id().to_string()).status();
+        // the end of the session is the end of the browser; the driver alone would leave it behind
+        let (address, path) = self.session.trim_start_matches("http://").split_once('/').unwrap();
+        if let Ok(mut stream) = TcpStream::connect(address) {
+            let head =
+                format!("DELETE /{path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
+            let _ = stream.write_all(head.as_bytes());
+            let _ = stream.read_to_end(&mut Vec::new());
+        }
+        let _ = self.driver.kill();
         let _ = self.driver.wait();
     }
 }

@@ -159,6 +159,40 @@ async fn told_to_stop_it_drains_and_ends() {
     assert!(reqwest::get(format!("http://{}/docs", running.addresses.http)).await.is_err());
 }
 
+#[tokio::test]
+async fn while_it_drains_it_is_not_ready_and_ends_what_it_has_begun() {
+    let running = start(&["--threads=1"]).await;
+    let release = running.block_small_lane();
+    let cloud = clouds::xyz(&clouds::cylinder(200));
+    let url = running.url("/v1/segmentations");
+    let post = reqwest::Client::new().post(url).body(cloud);
+    let under_way = tokio::spawn(post.send());
+    while running.service.pool().queued() == 0 {
+        tokio::task::yield_now().await;
+    }
+    running.stop.cancel();
+    let ready = async || reqwest::get(running.admin_url("/readyz")).await.unwrap().status();
+    assert_eq!(ready().await, 503);
+    assert_eq!(reqwest::get(running.admin_url("/livez")).await.unwrap().status(), 200);
+    drop(release);
+    assert_eq!(under_way.await.unwrap().unwrap().status(), 200);
+    running.ended.await.unwrap();
+}
+
+#[tokio::test]
+async fn a_drain_does_not_take_longer_than_its_deadline() {
+    let running = start(&["--threads=1", "--drain-deadline=0.1"]).await;
+    let _release = running.block_small_lane();
+    let url = running.url("/v1/segmentations");
+    let post = reqwest::Client::new().post(url).body(clouds::xyz(&clouds::cylinder(200)));
+    tokio::spawn(post.send());
+    while running.service.pool().queued() == 0 {
+        tokio::task::yield_now().await;
+    }
+    running.stop.cancel();
+    running.ended.await.unwrap();
+}
+
 #[test]
 fn an_address_that_is_taken_stops_the_start_with_a_clear_message() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
