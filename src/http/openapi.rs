@@ -7,7 +7,7 @@ use utoipa::openapi::{
     link::Link,
     path::{Operation, Parameter, ParameterBuilder, ParameterIn},
     request_body::{RequestBody, RequestBodyBuilder},
-    schema::{ArrayBuilder, KnownFormat, ObjectBuilder, SchemaFormat, Type},
+    schema::{AdditionalProperties, ArrayBuilder, KnownFormat, ObjectBuilder, SchemaFormat, Type},
     security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme},
     tag::TagBuilder,
 };
@@ -197,9 +197,12 @@ fn cloud_body() -> RequestBody {
         .schema_type(Type::String)
         .format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary)))
         .description(Some("The file's bytes; its name may tell the format"));
+    let nothing_else = Some(AdditionalProperties::FreeForm(false));
     let parameters =
         specs().fold(Object::builder(), |object, spec| object.property(spec.name, schema(spec)));
+    let parameters = parameters.additional_properties(nothing_else.clone());
     let form = ObjectBuilder::new()
+        .additional_properties(nothing_else)
         .property("cloud", file)
         .property("parameters", parameters.description(Some("The parameters of the query")))
         .required("cloud");

@@ -14,8 +14,11 @@ use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 
-/// Longest time for a request's head, and for a TLS handshake.
-const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+/// Longest time for a TLS handshake.
+const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
+/// By this time the head of an HTTP/1 connection's next request must have come. It is longer than callers
+/// and proxies usually keep a silent connection, so that it is they who close it.
+const HEAD_TIMEOUT: Duration = Duration::from_secs(90);
 /// Longest time a connection may take no byte of an answer.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
 /// A silent HTTP/2 connection is asked this often whether it lives.
@@ -60,7 +63,7 @@ async fn connection(stream: TcpStream, router: Router, tls: Option<TlsAcceptor>,
     let _ = stream.set_nodelay(true);
     let served = match tls {
         None => exchange(stream, router, watch).await,
-        Some(tls) => match tokio::time::timeout(HEAD_TIMEOUT, tls.accept(stream)).await {
+        Some(tls) => match tokio::time::timeout(HANDSHAKE_TIMEOUT, tls.accept(stream)).await {
             Ok(Ok(stream)) => exchange(stream, router, watch).await,
             Ok(Err(error)) => Err(error.into()),
             Err(_) => Err(io::Error::from(io::ErrorKind::TimedOut).into()),

@@ -175,10 +175,11 @@ impl Book {
     /// Writes down how a job ended; this may wait for a disk.
     fn write_end(&self, job: &Job, state: JobState, outcome: Option<Outcome>) {
         let id = job.record().id;
-        if let Err(error) = job.end(&*self.store, state, outcome) {
+        // whoever sees that the job has ended may count on its expiry
+        let written = job.end(&*self.store, state, outcome, |record| self.jobs().ended(record));
+        if let Err(error) = written {
             tracing::error!(%error, job_id = %id, "the end of a job could not be kept");
         }
-        self.jobs().ended(&job.record());
     }
 
     async fn end(self: &Arc<Self>, job: Arc<Job>, state: JobState, outcome: Option<Outcome>) {
