@@ -45,10 +45,25 @@ impl Scope {
         self.log.in_scope(|| self.trace.in_scope(work))
     }
 
-    /// Lets `work` be done within both spans.
+    /// Lets `work` be done within both spans; says so where nobody waits for its end.
     pub async fn cover<T>(self, work: impl Future<Output = T>) -> T {
         let (log, trace) = (self.log.clone(), self.trace.clone());
-        SCOPE.scope(self, work).instrument(trace).instrument(log).await
+        let mut waiting = Waiting(Some(self.clone()));
+        let done = SCOPE.scope(self, work).instrument(trace).instrument(log).await;
+        waiting.0 = None;
+        done
+    }
+}
+
+/// Somebody waits for work within these spans, or has waited until it was done.
+struct Waiting(Option<Scope>);
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        if let Some(scope) = &self.0 {
+            fail(&scope.trace, "cancelled".to_owned());
+            scope.enter(|| tracing::info!("given up: the caller went away"));
+        }
     }
 }
 
