@@ -142,6 +142,13 @@ fn as_text(value: &Value) -> Option<String> {
     match value {
         Value::Null => None,
         Value::String(text) => Some(text.clone()),
+        // 5.0 is the whole number 5 to JSON; above 2^53 that is no longer exact
+        Value::Number(number) => match number.as_f64() {
+            Some(x) if number.is_f64() && x.fract() == 0.0 && x.abs() < 9e15 => {
+                Some(format!("{x:.0}"))
+            }
+            _ => Some(number.to_string()),
+        },
         Value::Array(items) => Some(items.iter().filter_map(as_text).collect::<Vec<_>>().join(",")),
         other => Some(other.to_string()),
     }
@@ -159,7 +166,7 @@ mod tests {
     fn json_parameters_are_set_like_those_of_a_query() {
         let mut request = Request::default();
         let json =
-            br#"{"surfaces": ["plane", "cone"], "seed": 7, "merge": false, "tolerance": null,
+            br#"{"surfaces": ["plane", "cone"], "seed": 7.0, "merge": false, "tolerance": null,
             "axis_direction": [0, 0.5, 1e-3]}"#;
         parameters(json, &mut request).unwrap();
         let query = [

@@ -172,7 +172,8 @@ fn double(object: ObjectBuilder) -> ObjectBuilder {
 }
 
 fn integer(object: ObjectBuilder, min: u64, max: u64) -> ObjectBuilder {
-    object.minimum(Some(min as f64)).maximum(Some(max as f64))
+    // not as floating-point numbers: the largest one would be rounded up
+    object.minimum(Some(min)).maximum(Some(max))
 }
 
 fn default(spec: &ParameterSpec) -> Option<Value> {
@@ -318,6 +319,7 @@ mod tests {
         assert_eq!(of("axis_tolerance")["schema"]["default"], 0.05);
         assert_eq!(of("axis_tolerance")["schema"]["exclusiveMinimum"], 0);
         assert_eq!(of("min_points")["schema"]["minimum"], 10);
+        assert_eq!(of("seed")["schema"]["maximum"], u64::MAX);
         assert_eq!(of("surfaces")["schema"]["default"][1], "sphere");
     }
 }
