@@ -27,13 +27,13 @@ fn describe() {
         "http_server_request_duration_seconds",
         "HTTP requests by route and status"
     );
-    describe_histogram!("rpc_server_duration_seconds", "gRPC calls by code");
+    describe_histogram!("rpc_server_call_duration_seconds", "gRPC calls by method and code");
     describe_histogram!("conicoid_wait_seconds", "Time from admission to the start of a run");
     describe_histogram!("conicoid_run_seconds", "Time of a run on the pool");
     describe_counter!("conicoid_points_total", "Points segmented");
     describe_counter!("conicoid_rejections_total", "Requests answered with an error, by its code");
     describe_gauge!("conicoid_queue_length", "Requests and jobs that wait for their turn");
-    describe_gauge!("conicoid_bytes_in_flight", "Bytes of uploads held");
+    describe_gauge!("conicoid_bytes_in_flight", "Bytes of uploads and answers held");
 }
 
 /// Begins to measure; the answer writes all metrics down, with those that are asked for as they are.

@@ -9,6 +9,7 @@ mod segment;
 mod serve;
 mod settings;
 mod tls;
+mod traces;
 
 use std::{
     ffi::OsString,

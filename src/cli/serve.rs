@@ -9,7 +9,7 @@ use tokio::{net::TcpListener, signal, task::JoinSet};
 use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 
-use super::{AnyError, Settings, TlsError, logging, measure, tls};
+use super::{AnyError, Settings, TlsError, logging, measure, tls, traces::Traces};
 use crate::{
     grpc, http,
     service::{Keys, KeysError, Service, StartError},
@@ -182,9 +182,13 @@ async fn listen(setting: &'static str, address: SocketAddr) -> Result<TcpListene
 
 /// Serves until the process is told to stop.
 pub fn run(settings: &Settings) -> Result<(), AnyError> {
-    logging::start(settings)?;
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    runtime.block_on(async {
+    let traces = {
+        let _within = runtime.enter();
+        Traces::start(settings)?
+    };
+    logging::start(settings, traces.as_ref())?;
+    let served = runtime.block_on(async {
         let server = Server::bind(settings.clone()).await?;
         let Addresses { http, grpc, admin } = server.addresses()?;
         let s = if settings.tls_cert.is_some() { "s" } else { "" };
@@ -193,7 +197,10 @@ pub fn run(settings: &Settings) -> Result<(), AnyError> {
         let stop = CancellationToken::new();
         tokio::spawn(stop_on_signal(stop.clone()));
         Ok(server.run(stop).await?)
-    })
+    });
+    // the runtime sends the last spans
+    drop(traces);
+    served
 }
 
 /// Begins the drain at SIGTERM or SIGINT.

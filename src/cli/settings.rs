@@ -59,6 +59,9 @@ pub struct Settings {
     /// Directory where jobs and their results outlive the process; in memory when absent
     #[arg(long, env = "CONICOID_DATA_DIR", value_name = "DIR")]
     pub data_dir: Option<PathBuf>,
+    /// Bytes of the file in the data directory that are kept in memory
+    #[arg(long, env = "CONICOID_DATA_CACHE_BYTES", default_value_t = 64 << 20, value_name = "BYTES")]
+    pub data_cache_bytes: usize,
     /// Time after which an ended job and its result are forgotten
     #[arg(
         long,
@@ -90,7 +93,7 @@ pub struct Settings {
     /// Longest body of a request, after decompression
     #[arg(long, env = "CONICOID_MAX_BODY_BYTES", default_value_t = 512 << 20, value_name = "BYTES")]
     pub max_body_bytes: u64,
-    /// Bytes of clouds held at one time, over all requests
+    /// Bytes of clouds, and of answers on their way, held at one time, over all requests
     #[arg(
         long,
         env = "CONICOID_MAX_BYTES_IN_FLIGHT",
@@ -143,6 +146,19 @@ pub struct Settings {
     /// Form of the log
     #[arg(long, env = "CONICOID_LOG_FORMAT", default_value = "text", value_name = "FORM")]
     pub log_format: LogFormat,
+    /// Collector that traces are sent to by OTLP over gRPC, such as http://127.0.0.1:4317; no traces
+    /// are made when absent
+    #[arg(long, env = "CONICOID_OTLP_ENDPOINT", value_name = "URL")]
+    pub otlp_endpoint: Option<String>,
+    /// Share of the requests that are traced, 0 to 1; those whose caller traces them always are
+    #[arg(
+        long,
+        env = "CONICOID_TRACE_SHARE",
+        default_value = "1",
+        value_name = "SHARE",
+        value_parser = share
+    )]
+    pub trace_share: f64,
 }
 
 /// The form of the log.
@@ -157,6 +173,11 @@ pub enum LogFormat {
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse::<f64>().ok().filter(|s| *s > 0.0 && *s <= 1e9);
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "not a number of seconds above 0".to_owned())
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "not a number from 0 to 1".to_owned())
 }
 
 impl Settings {
@@ -174,13 +195,15 @@ impl Settings {
             max_points: self.max_points,
             max_deadline: self.max_deadline,
             book: BookConfig { result_ttl: self.result_ttl, result_bytes: self.result_bytes },
+            upload_timeout: self.upload_timeout,
             data_dir: self.data_dir.clone(),
+            data_cache_bytes: self.data_cache_bytes,
         }
     }
 
     /// The settings of the HTTP interface.
     pub fn http(&self) -> HttpConfig {
-        HttpConfig { upload_timeout: self.upload_timeout, cors_origins: self.cors_origins.clone() }
+        HttpConfig { cors_origins: self.cors_origins.clone() }
     }
 
     /// The settings of the gRPC interface.

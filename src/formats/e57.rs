@@ -5,14 +5,14 @@ use std::io::Cursor;
 use e57::{CartesianCoordinate, E57Reader, RecordDataType};
 
 use super::{
-    Format, FormatError, Limits,
+    Bounds, Format, FormatError,
     guard::{check_density, guarded},
 };
 use crate::geometry::{PointCloud, Vec3};
 
 /// Reads every scan, one behind the other, spherical coordinates converted and poses applied. Points the
 /// scanner marked as invalid are holes.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatError> {
+pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let points = guarded(Format::E57, || -> Result<_, e57::Error> {
         let mut reader = E57Reader::new(Cursor::new(bytes))?;
         let scans = reader.pointclouds();
@@ -22,6 +22,9 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatEr
         let mut points = Vec::new();
         for scan in &scans {
             for point in reader.pointcloud_simple(scan)? {
+                if let Err(error) = limits.check(points.len() as u64 + 1) {
+                    return Ok(Err(error));
+                }
                 match point {
                     Ok(point) => points.push(position(&point.cartesian)),
                     // a packet that completes no point; the next call goes on with the next packet
@@ -42,7 +45,7 @@ fn position(coordinate: &CartesianCoordinate) -> Vec3 {
     }
 }
 
-fn check(scans: &[e57::PointCloud], bytes: usize, limits: &Limits) -> Result<(), FormatError> {
+fn check(scans: &[e57::PointCloud], bytes: usize, limits: &dyn Bounds) -> Result<(), FormatError> {
     let total = scans.iter().fold(0u64, |sum, scan| sum.saturating_add(scan.records));
     check_density(Format::E57, total, bytes)?;
     limits.check(total)?;
@@ -66,6 +69,7 @@ fn is_constant(data_type: &RecordDataType) -> bool {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::formats::Limits;
     use e57::{E57Writer, Record, RecordName, RecordValue};
 
     const POINTS: [[f64; 3]; 3] = [[1.5, -2.0, 1e6], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]];

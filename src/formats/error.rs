@@ -91,6 +91,9 @@ pub enum FormatError {
         /// The limit.
         limit: usize,
     },
+    /// The caller wants the cloud no longer.
+    #[error("reading was stopped")]
+    Stopped,
     /// The bytes break the format in some other way.
     #[error("the {format} file is damaged: {reason}")]
     Damaged {

@@ -4,6 +4,7 @@
 //! [`FormatError`]: it never panics, and what a header announces is believed only as far as the bytes
 //! behind it reach, so memory stays within a small multiple of the input.
 
+mod bounds;
 mod e57;
 mod error;
 mod format;
@@ -19,9 +20,10 @@ mod text;
 mod write;
 mod xyz;
 
+pub use bounds::{Bounds, Limits, Watched};
 pub use error::FormatError;
 pub use format::Format;
-pub use read::{Limits, read};
+pub use read::read;
 pub use write::{RegionRow, region_color, write_labelled_ply, write_labels_npy, write_regions_csv};
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! OBJ (Wavefront): the `v` lines, with or without faces.
 
-use super::{Format, FormatError, Limits, error::excerpt, text};
+use super::{Bounds, Format, FormatError, error::excerpt, text};
 use crate::geometry::{PointCloud, Vec3};
 
 /// Reads one point from each `v x y z [w | r g b]` line, in their order.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatError> {
+pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let mut points = Vec::new();
     for (index, line) in text::without_bom(bytes).split(|&b| b == b'\n').enumerate() {
         let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
@@ -32,6 +32,7 @@ fn vertex<'a>(mut words: impl Iterator<Item = &'a [u8]>, line: usize) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::Limits;
 
     #[test]
     fn vertices_are_read_with_and_without_faces() {

@@ -1,41 +1,17 @@
-use super::{Format, FormatError, e57, error::excerpt, las, obj, pcd, ply, stl, xyz};
+use super::{Bounds, Format, FormatError, e57, error::excerpt, las, obj, pcd, ply, stl, xyz};
 use crate::geometry::PointCloud;
-
-/// How large an input may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Largest number of points, those with NaN coordinates included.
-    pub max_points: usize,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self { max_points: 100_000_000 }
-    }
-}
-
-impl Limits {
-    /// Refuses a number of points above the limit.
-    pub(super) fn check(&self, points: u64) -> Result<(), FormatError> {
-        // input indices are 32-bit numbers, whatever the setting says
-        let limit = self.max_points.min(u32::MAX as usize);
-        if points > limit as u64 {
-            return Err(FormatError::TooManyPoints { points, limit });
-        }
-        Ok(())
-    }
-}
 
 /// Reads a point cloud; the format is told from the bytes where `format` is `None`.
 ///
-/// Points with a NaN or infinite coordinate are counted and left out; see [`PointCloud`].
+/// Points with a NaN or infinite coordinate are counted and left out; see [`PointCloud`]. `limits` are
+/// [`super::Limits`], or [`super::Watched`] where the caller may lose interest.
 ///
 /// # Errors
 /// The bytes are no cloud of that format, hold no finite point, or exceed `limits`.
 pub fn read(
     bytes: &[u8],
     format: Option<Format>,
-    limits: &Limits,
+    limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
     if bytes.is_empty() {
         return Err(FormatError::Empty);
@@ -63,6 +39,7 @@ pub fn read(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::Limits;
 
     fn error(bytes: &[u8], format: Option<Format>) -> FormatError {
         read(bytes, format, &Limits::default()).unwrap_err()

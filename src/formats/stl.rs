@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 
 use super::{
-    Format, FormatError, Limits,
+    Bounds, Format, FormatError,
     format::is_binary_stl,
     scalar::{Column, Endian, Scalar, decode_records},
     text::Words,
@@ -18,7 +18,7 @@ const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// Reads the distinct corners.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatError> {
+pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     // many binary files begin with "solid" too: the length decides first
     let corners = if !is_binary_stl(bytes) && bytes.trim_ascii_start().starts_with(b"solid") {
         ascii(bytes)?
@@ -79,6 +79,7 @@ fn ascii(bytes: &[u8]) -> Result<Vec<Vec3>, FormatError> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::formats::Limits;
 
     const CORNERS: [[f32; 3]; 6] = [
         [0.0, 0.0, 0.0],

@@ -5,11 +5,11 @@
 //! (PTS) is a point count and is passed over. Further columns are ignored. Between semicolons a comma
 //! is a decimal point. An empty field between separators is a missing value (NaN).
 
-use super::{Format, FormatError, Limits, error::excerpt, text};
+use super::{Bounds, Format, FormatError, error::excerpt, text};
 use crate::geometry::{PointCloud, Vec3};
 
 /// Reads one point a line.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatError> {
+pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let mut layout = None;
     let mut points = Vec::new();
     for (index, line) in text::without_bom(bytes).split(|&b| b == b'\n').enumerate() {
@@ -166,6 +166,7 @@ fn axis_of(name: &[u8]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::Limits;
 
     fn points(text: &str) -> Vec<[f64; 3]> {
         let cloud = read(text.as_bytes(), &Limits::default()).unwrap();

@@ -3,7 +3,7 @@ use std::{pin::Pin, sync::Arc};
 use futures::{Stream, StreamExt};
 use tonic::{Request, Response, Status, Streaming};
 
-use super::{caller, segmentations::receive};
+use super::{caller, segmentations::receive, share, upload};
 use crate::{
     jobs::{JobState, JobView},
     service::{
@@ -32,7 +32,8 @@ impl v1::jobs_server::Jobs for Jobs {
         call: Request<Streaming<v1::Upload>>,
     ) -> Result<Response<v1::Job>, Status> {
         let caller = caller(&self.service, call.metadata())?;
-        let mut upload = self.service.upload();
+        self.service.check_room()?;
+        let mut upload = upload(&self.service, &call);
         let start = receive(call.into_inner(), &mut upload).await?;
         let request = request_from_message(&start.request.unwrap_or_default())?;
         let key = Some(start.idempotency_key).filter(|key| !key.is_empty());
@@ -62,11 +63,12 @@ impl v1::jobs_server::Jobs for Jobs {
         call: Request<v1::GetJobResultRequest>,
     ) -> Result<Response<v1::Segmentation>, Status> {
         let caller = caller(&self.service, call.metadata())?;
+        let held = share(&self.service, &call);
         let v1::GetJobResultRequest { id, omit_labels } = call.into_inner();
         let tell = move |answer: crate::service::Answer, labels| {
             Ok(answer.document.shown(labels && !omit_labels).into())
         };
-        Ok(Response::new(self.service.job_result(&caller, &id, false, tell).await?))
+        Ok(Response::new(self.service.job_result(&caller, &id, &held, false, tell).await?))
     }
 
     async fn cancel_job(

@@ -1,6 +1,7 @@
 //! The gRPC interface: the services of `conicoid.v1`, health and reflection.
 
 mod context;
+mod intake;
 mod jobs;
 mod segmentations;
 mod status;
@@ -12,11 +13,14 @@ use axum::Router;
 use tonic::{Status, metadata::MetadataMap, service::RoutesBuilder};
 use tonic_health::server::HealthReporter;
 
-use crate::service::{
-    Caller, Service,
-    message::{
-        DESCRIPTOR,
-        v1::{jobs_server::JobsServer, segmentations_server::SegmentationsServer},
+use crate::{
+    jobs::BytesHeld,
+    service::{
+        Caller, Service, Upload,
+        message::{
+            DESCRIPTOR,
+            v1::{jobs_server::JobsServer, segmentations_server::SegmentationsServer},
+        },
     },
 };
 use jobs::Jobs;
@@ -40,8 +44,8 @@ pub async fn router(
     let (health, health_service) = tonic_health::server::health_reporter();
     let segmentations = SegmentationsServer::new(Segmentations::new(Arc::clone(&service)))
         .max_decoding_message_size(config.max_message_bytes);
-    let jobs =
-        JobsServer::new(Jobs::new(service)).max_decoding_message_size(config.max_message_bytes);
+    let jobs = JobsServer::new(Jobs::new(Arc::clone(&service)))
+        .max_decoding_message_size(config.max_message_bytes);
     health.set_serving::<SegmentationsServer<Segmentations>>().await;
     health.set_serving::<JobsServer<Jobs>>().await;
     let reflection = || {
@@ -58,7 +62,18 @@ pub async fn router(
         .add_service(segmentations)
         .add_service(jobs);
     let calls = routes.routes().into_axum_router();
-    Ok((calls.layer(axum::middleware::from_fn(context::wrap)), health))
+    let context = axum::middleware::from_fn_with_state(service, context::wrap);
+    Ok((calls.layer(context), health))
+}
+
+/// The share of the budget that counts the call's messages already.
+fn share<T>(service: &Service, call: &tonic::Request<T>) -> BytesHeld {
+    call.extensions().get::<BytesHeld>().cloned().unwrap_or_else(|| service.share())
+}
+
+/// An empty upload for the call.
+fn upload<T>(service: &Service, call: &tonic::Request<T>) -> Upload {
+    service.upload(share(service, call))
 }
 
 /// Who makes the call.

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use tonic::{Request, Response, Status, Streaming};
 
-use super::{caller, timeout::grpc_timeout};
+use super::{caller, timeout::grpc_timeout, upload};
 use crate::service::{
     self, ErrorKind, Service, ServiceError, Upload,
     message::{request_from_message, v1},
@@ -38,10 +38,10 @@ impl v1::segmentations_server::Segmentations for Segmentations {
     ) -> Result<Response<v1::Segmentation>, Status> {
         caller(&self.service, call.metadata())?;
         let timeout = grpc_timeout(call.metadata());
+        let mut upload = upload(&self.service, &call);
         let message = call.into_inner();
         let mut request = request_from_message(&message)?;
         request.shorten_deadline(timeout);
-        let mut upload = self.service.upload();
         upload.push(&message.cloud)?;
         self.answer(upload, request).await
     }
@@ -52,7 +52,8 @@ impl v1::segmentations_server::Segmentations for Segmentations {
     ) -> Result<Response<v1::Segmentation>, Status> {
         caller(&self.service, call.metadata())?;
         let timeout = grpc_timeout(call.metadata());
-        let mut upload = self.service.upload();
+        self.service.check_room()?;
+        let mut upload = upload(&self.service, &call);
         let start = receive(call.into_inner(), &mut upload).await?;
         let mut request = request_from_message(&start.request.unwrap_or_default())?;
         request.shorten_deadline(timeout);

@@ -1,5 +1,3 @@
-use std::time::Duration;
-
 use axum::{
     body::{Body, BodyDataStream},
     extract::{FromRequest, Multipart, Request as HttpRequest, multipart::Field},
@@ -19,14 +17,15 @@ const MAX_PARAMETERS_BYTES: usize = 64 * 1024;
 /// Reads the cloud of a request, raw or multipart, and what the body says of the request.
 ///
 /// # Errors
-/// The body is too long, too slow, broken or of no known kind, or a parameter in it is wrong.
+/// There is no room, or the body is too long, too slow, broken or of no known kind, or a parameter in
+/// it is wrong.
 pub async fn read(
     service: &Service,
     message: HttpRequest,
     request: &mut Request,
-    timeout: Duration,
 ) -> Result<Upload, ServiceError> {
-    let mut upload = service.upload();
+    service.check_room()?;
+    let mut upload = service.upload(service.share());
     let reading = async {
         if media_type(message.headers()).is_some_and(|t| t.starts_with("multipart/form-data")) {
             multipart(message, request, &mut upload).await
@@ -34,13 +33,9 @@ pub async fn read(
             raw(message, request, &mut upload).await
         }
     };
-    match tokio::time::timeout(timeout, reading).await {
-        Ok(done) => done.map(|()| upload),
-        Err(_) => Err(ServiceError::new(
-            ErrorKind::UploadTimeout,
-            format!("the upload took longer than {} s", timeout.as_secs_f64()),
-        )),
-    }
+    let limit = service.config().upload_timeout;
+    let done = tokio::time::timeout(limit, reading).await;
+    done.map_err(|_| ServiceError::upload_timeout(limit))?.map(|()| upload)
 }
 
 fn media_type(headers: &HeaderMap) -> Option<&str> {
@@ -147,6 +142,13 @@ fn as_text(value: &Value) -> Option<String> {
     match value {
         Value::Null => None,
         Value::String(text) => Some(text.clone()),
+        // 5.0 is the whole number 5 to JSON; above 2^53 that is no longer exact
+        Value::Number(number) => match number.as_f64() {
+            Some(x) if number.is_f64() && x.fract() == 0.0 && x.abs() < 9e15 => {
+                Some(format!("{x:.0}"))
+            }
+            _ => Some(number.to_string()),
+        },
         Value::Array(items) => Some(items.iter().filter_map(as_text).collect::<Vec<_>>().join(",")),
         other => Some(other.to_string()),
     }
@@ -164,7 +166,7 @@ mod tests {
     fn json_parameters_are_set_like_those_of_a_query() {
         let mut request = Request::default();
         let json =
-            br#"{"surfaces": ["plane", "cone"], "seed": 7, "merge": false, "tolerance": null,
+            br#"{"surfaces": ["plane", "cone"], "seed": 7.0, "merge": false, "tolerance": null,
             "axis_direction": [0, 0.5, 1e-3]}"#;
         parameters(json, &mut request).unwrap();
         let query = [

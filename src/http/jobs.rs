@@ -13,7 +13,10 @@ use futures::{Stream, StreamExt};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{App, accept, segmentations::answered};
+use super::{
+    App, accept,
+    segmentations::{answered, carried},
+};
 use crate::{
     jobs::{JobState, JobView},
     service::{Caller, ErrorKind, Representation, Request, ServiceError},
@@ -150,10 +153,28 @@ pub async fn result(
     let asked = query.labels.map(|labels| Request::from_pairs([("labels", labels.as_str())]));
     let asked = asked.transpose()?.map(|request| request.labels);
     let form = accept::negotiate(&headers, Representation::ALL)?;
+    let held = app.service.share();
+    if form == Representation::Json {
+        let (kept, request) = app.service.kept_result(&caller, &id, &held).await?;
+        if asked.unwrap_or(request.labels) {
+            return Ok(answered(form, held.carried_by(kept)));
+        }
+    }
     let with_cloud = form == Representation::Ply;
     let write = move |answer, labels| form.render(answer, asked.unwrap_or(labels));
-    let bytes = app.service.job_result(&caller, &id, with_cloud, write).await?;
-    Ok(answered(form, bytes))
+    let bytes = app.service.job_result(&caller, &id, &held, with_cloud, write).await?;
+    Ok(answered(form, carried(bytes, &held)))
+}
+
+/// One server-sent event of a job.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct JobEvent {
+    /// What happened: always `job`.
+    #[schema(example = "job")]
+    pub event: String,
+    /// The job as it now is, a `JobDocument` in JSON.
+    #[schema(content_media_type = "application/json")]
+    pub data: String,
 }
 
 /// The progress of a job as server-sent events
@@ -163,7 +184,8 @@ pub async fn result(
     get, path = "/v1/jobs/{id}/events", operation_id = "getJobEvents", tag = "jobs",
     params(("id" = String, Path, description = "The job's id")),
     responses((
-        status = 200, description = "The events", body = String, content_type = "text/event-stream"
+        status = 200, description = "The events, each in this form", body = JobEvent,
+        content_type = "text/event-stream"
     )),
 )]
 pub async fn events(

@@ -6,12 +6,13 @@ mod auth;
 mod body;
 mod context;
 mod jobs;
+mod linger;
 mod openapi;
 mod problem;
 mod segmentations;
 mod server;
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 use axum::{
     Router,
@@ -35,8 +36,6 @@ use crate::service::Service;
 /// How the HTTP interface takes requests.
 #[derive(Clone, Debug)]
 pub struct HttpConfig {
-    /// Longest time an upload may take.
-    pub upload_timeout: Duration,
     /// Web pages of these origins may call; none by default.
     pub cors_origins: Vec<HeaderValue>,
 }
@@ -45,7 +44,6 @@ pub struct HttpConfig {
 #[derive(Clone, Debug)]
 pub struct App {
     service: Arc<Service>,
-    config: Arc<HttpConfig>,
     /// The OpenAPI document, as it is sent.
     openapi: Arc<str>,
 }
@@ -57,13 +55,14 @@ pub fn router(service: Arc<Service>, config: HttpConfig) -> Router {
     openapi.merge(described);
     let openapi = openapi::complete(openapi).to_json().unwrap_or_default().into();
     let cors = cors(&config.cors_origins);
-    let app = App { service, config: Arc::new(config), openapi };
+    let app = App { service, openapi };
     cases
         .layer(RequestDecompressionLayer::new())
         .layer(DefaultBodyLimit::disable()) // uploads are limited as they are read
         .route_layer(middleware::from_fn_with_state(app.clone(), auth::identify))
         .merge(contract)
         .layer(CatchPanicLayer::new())
+        .layer(middleware::from_fn(linger::read_to_the_end))
         .layer(cors)
         .layer(middleware::from_fn(context::wrap))
         .with_state(app)
@@ -87,7 +86,7 @@ fn use_cases() -> OpenApiRouter<App> {
 
 /// The routes open to everybody.
 fn contract() -> OpenApiRouter<App> {
-    OpenApiRouter::new().routes(routes!(openapi_json)).routes(routes!(docs))
+    OpenApiRouter::new().routes(routes!(openapi_json)).routes(routes!(docs)).routes(routes!(viewer))
 }
 
 fn cors(origins: &[HeaderValue]) -> CorsLayer {
@@ -124,7 +123,23 @@ async fn openapi_json(State(app): State<App>) -> impl IntoResponse {
     responses((status = 200, description = "The page", body = String, content_type = "text/html")),
 )]
 async fn docs() -> impl IntoResponse {
+    page(include_str!("pages/docs.html"))
+}
+
+/// The viewer
+///
+/// A page that segments a cloud dropped on it and shows its points in the colours of their surfaces.
+#[utoipa::path(
+    get, path = "/", operation_id = "getViewer", tag = "contract",
+    responses((status = 200, description = "The page", body = String, content_type = "text/html")),
+)]
+async fn viewer() -> impl IntoResponse {
+    page(include_str!("pages/viewer.html"))
+}
+
+/// A page that may use itself and this service, and nothing from elsewhere.
+fn page(text: &'static str) -> impl IntoResponse {
     let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
-                  connect-src 'self'";
-    ([(header::CONTENT_SECURITY_POLICY, policy)], Html(include_str!("docs.html")))
+                  connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    ([(header::CONTENT_SECURITY_POLICY, policy)], Html(text))
 }

@@ -2,23 +2,25 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use utoipa::openapi::{
-    Components, Content, Info, Object, OpenApi, OpenApiBuilder, Ref, RefOr, Required,
-    ResponseBuilder, Schema,
+    Components, Content, Header, HeaderBuilder, Info, Object, OpenApi, OpenApiBuilder, Ref, RefOr,
+    Required, ResponseBuilder, Schema,
+    link::Link,
     path::{Operation, Parameter, ParameterBuilder, ParameterIn},
     request_body::{RequestBody, RequestBodyBuilder},
-    schema::{ArrayBuilder, KnownFormat, ObjectBuilder, SchemaFormat, Type},
+    schema::{AdditionalProperties, ArrayBuilder, KnownFormat, ObjectBuilder, SchemaFormat, Type},
     security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme},
+    tag::TagBuilder,
 };
 use utoipa::{PartialSchema, ToSchema};
 
 use super::problem::{self, Problem};
 use crate::{
     segment::{ParameterKind, ParameterSpec},
-    service::{ERRORS, ErrorKind, ErrorRow, Representation, specs},
+    service::{ERRORS, ErrorKind, ErrorRow, Representation, is_list, specs},
 };
 
 const DESCRIPTION: &str = "Point cloud in, quadric surfaces out. Lengths are in the cloud's own \
-unit, angles in radians, coefficients in the order of a1 x2 + a2 y2 + a3 z2 + a4 xy + a5 yz + a6 xz \
+unit, angles in radians, coefficients in the order of a1 x² + a2 y² + a3 z² + a4 xy + a5 yz + a6 xz \
 + a7 x + a8 y + a9 z + a10 = 0. Every error is a problem document (RFC 9457) with a stable code.";
 
 /// The document before its routes.
@@ -34,8 +36,17 @@ pub fn base() -> OpenApi {
         .schemas_from_iter(schemas)
         .security_scheme("apiKey", SecurityScheme::Http(bearer.build()))
         .build();
-    OpenApiBuilder::new().info(info).components(Some(components)).build()
+    let tags =
+        TAGS.map(|(name, help)| TagBuilder::new().name(name).description(Some(help)).build());
+    OpenApiBuilder::new().info(info).components(Some(components)).tags(Some(tags)).build()
 }
+
+/// The groups of operations, in the order in which they are read.
+const TAGS: [(&str, &str); 3] = [
+    ("segmentations", "From a cloud to its surfaces"),
+    ("jobs", "Segmentations that outlive their request"),
+    ("contract", "This reference and the viewer"),
+];
 
 /// The document with what the tables know: parameters, forms of the result, and errors.
 pub fn complete(mut openapi: OpenApi) -> OpenApi {
@@ -49,6 +60,7 @@ pub fn complete(mut openapi: OpenApi) -> OpenApi {
                 _ => {}
             }
             add_errors(operation, &id);
+            add_headers(operation);
             if !OPEN.contains(&id.as_str()) {
                 operation.security = Some(vec![
                     SecurityRequirement::default(),
@@ -61,18 +73,37 @@ pub fn complete(mut openapi: OpenApi) -> OpenApi {
 }
 
 /// The operations that ask nobody for a key.
-const OPEN: [&str; 2] = ["getOpenApi", "getDocs"];
+const OPEN: [&str; 3] = ["getOpenApi", "getDocs", "getViewer"];
 
 fn describe_segmentation(operation: &mut Operation) {
     let parameters = specs().map(query_parameter);
+    let text = || ObjectBuilder::new().schema_type(Type::String);
+    let prefer = text().examples([json!("respond-async")]);
+    let key = text().min_length(Some(1)).max_length(Some(255)).pattern(Some("^[!-~]+$"));
     let headers = [
-        header_parameter("Prefer", "`respond-async` makes the request a job (RFC 7240)"),
-        header_parameter("Idempotency-Key", "Names a submission, 1 to 255 visible characters"),
+        header_parameter("Prefer", "`respond-async` makes the request a job (RFC 7240)", prefer),
+        header_parameter(
+            "Idempotency-Key",
+            "Names a submission, so that a retried one is the same",
+            key,
+        ),
     ];
     let parameters = parameters.chain(headers).map(RefOr::T);
     operation.parameters.get_or_insert_default().extend(parameters);
     operation.request_body = Some(RefOr::T(cloud_body()));
     describe_forms(operation);
+    if let Some(RefOr::T(accepted)) = operation.responses.responses.get_mut("202") {
+        for (name, id, help) in [
+            ("job", "getJob", "The job's state"),
+            ("events", "getJobEvents", "The job's progress"),
+            ("result", "getJobResult", "The job's result"),
+            ("cancel", "deleteJob", "Cancels the job"),
+        ] {
+            let link = Link::builder().operation_id(id).description(help);
+            let link = link.parameter("id", "$response.body#/id").build();
+            accepted.links.insert(name.to_owned(), link.into());
+        }
+    }
 }
 
 fn describe_result(operation: &mut Operation) {
@@ -81,30 +112,27 @@ fn describe_result(operation: &mut Operation) {
     describe_forms(operation);
 }
 
-fn header_parameter(name: &str, help: &str) -> Parameter {
+fn header_parameter(name: &str, help: &str, schema: ObjectBuilder) -> Parameter {
     ParameterBuilder::new()
         .name(name)
         .parameter_in(ParameterIn::Header)
         .required(Required::False)
         .description(Some(help))
-        .schema(Some(ObjectBuilder::new().schema_type(Type::String)))
+        .schema(Some(schema))
         .build()
 }
 
 /// One row of the parameter table as a query parameter.
 fn query_parameter(spec: &ParameterSpec) -> Parameter {
     let unit = spec.unit.map(|unit| format!(" Unit: {unit}.")).unwrap_or_default();
-    let parameter = ParameterBuilder::new()
+    let list = if is_list(spec) { " Repeat it, or write a,b,c." } else { "" };
+    ParameterBuilder::new()
         .name(spec.name)
         .parameter_in(ParameterIn::Query)
         .required(Required::False)
-        .description(Some(format!("{}.{unit}", spec.help)))
-        .schema(Some(schema(spec)));
-    match spec.kind {
-        // lists are written a,b,c
-        ParameterKind::List(_) | ParameterKind::Direction => parameter.explode(Some(false)).build(),
-        _ => parameter.build(),
-    }
+        .description(Some(format!("{}.{unit}{list}", spec.help)))
+        .schema(Some(schema(spec)))
+        .build()
 }
 
 /// The schema of a parameter's value: its type, range, words and default.
@@ -144,7 +172,8 @@ fn double(object: ObjectBuilder) -> ObjectBuilder {
 }
 
 fn integer(object: ObjectBuilder, min: u64, max: u64) -> ObjectBuilder {
-    object.minimum(Some(min as f64)).maximum(Some(max as f64))
+    // not as floating-point numbers: the largest one would be rounded up
+    object.minimum(Some(min)).maximum(Some(max))
 }
 
 fn default(spec: &ParameterSpec) -> Option<Value> {
@@ -169,25 +198,36 @@ fn cloud_body() -> RequestBody {
         .schema_type(Type::String)
         .format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary)))
         .description(Some("The file's bytes; its name may tell the format"));
+    let nothing_else = Some(AdditionalProperties::FreeForm(false));
     let parameters =
         specs().fold(Object::builder(), |object, spec| object.property(spec.name, schema(spec)));
+    let parameters = parameters.additional_properties(nothing_else.clone());
     let form = ObjectBuilder::new()
+        .additional_properties(nothing_else)
         .property("cloud", file)
         .property("parameters", parameters.description(Some("The parameters of the query")))
         .required("cloud");
-    let mut body = RequestBodyBuilder::new()
+    let body = RequestBodyBuilder::new()
         .description(Some("The point cloud"))
         .required(Some(Required::True))
         .content("multipart/form-data", Content::new(Some(form)));
-    for media_type in ["application/octet-stream", "model/ply", "text/csv"] {
-        body = body.content(media_type, binary());
-    }
-    body.build()
+    let mut file = binary();
+    file.example = Some(example());
+    body.content("application/octet-stream", file).build()
 }
 
-/// Every form of the result beside JSON.
+/// A small cloud as text: points of a plane.
+fn example() -> Value {
+    let row = |i: usize| format!("{},{},{}", i % 4, i / 4, 2 * (i % 4));
+    json!((0..16).map(row).collect::<Vec<_>>().join("\n"))
+}
+
+/// Every form of the result, and what the usual one looks like.
 fn describe_forms(operation: &mut Operation) {
     let Some(RefOr::T(answer)) = operation.responses.responses.get_mut("200") else { return };
+    if let Some(RefOr::T(json)) = answer.content.get_mut("application/json") {
+        json.example = serde_json::from_str(include_str!("pages/answer.json")).ok();
+    }
     for form in Representation::ALL.iter().filter(|form| **form != Representation::Json) {
         let mut content = binary();
         content.description = Some(form.help().to_owned());
@@ -209,6 +249,29 @@ fn add_errors(operation: &mut Operation, id: &str) {
             .content(problem::MEDIA_TYPE, schema)
             .build();
         operation.responses.responses.insert(status.to_string(), response.into());
+    }
+}
+
+/// What each answer says in its headers.
+fn add_headers(operation: &mut Operation) {
+    let header = |help: &str, schema_type| {
+        HeaderBuilder::new()
+            .schema(Some(ObjectBuilder::new().schema_type(schema_type)))
+            .description(Some(help))
+            .build()
+    };
+    for (status, response) in &mut operation.responses.responses {
+        let RefOr::T(response) = response else { continue };
+        let mut add = |name: &str, header: Header| {
+            response.headers.insert(name.to_owned(), header.into());
+        };
+        add("X-Request-Id", header("The request's id, as in the log", Type::String));
+        match status.as_str() {
+            "202" => add("Location", header("Where the job is", Type::String)),
+            "401" => add("WWW-Authenticate", header("`Bearer`", Type::String)),
+            "503" => add("Retry-After", header("Seconds to wait before a new try", Type::Integer)),
+            _ => {}
+        }
     }
 }
 
@@ -236,6 +299,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_example_answer_is_one() {
+        let text = include_str!("pages/answer.json");
+        let document: crate::service::Document = serde_json::from_str(text).unwrap();
+        assert_eq!(document.labels().len(), document.input.points);
+        assert_eq!(
+            serde_json::to_value(&document).unwrap(),
+            serde_json::from_str::<Value>(text).unwrap()
+        );
+    }
+
+    #[test]
     fn every_parameter_stands_in_the_document_with_its_default_and_range() {
         let document = serde_json::to_value(super::super::openapi()).unwrap();
         let parameters = &document["paths"]["/v1/segmentations"]["post"]["parameters"];
@@ -245,6 +319,7 @@ mod tests {
         assert_eq!(of("axis_tolerance")["schema"]["default"], 0.05);
         assert_eq!(of("axis_tolerance")["schema"]["exclusiveMinimum"], 0);
         assert_eq!(of("min_points")["schema"]["minimum"], 10);
+        assert_eq!(of("seed")["schema"]["maximum"], u64::MAX);
         assert_eq!(of("surfaces")["schema"]["default"][1], "sphere");
     }
 }

@@ -5,16 +5,21 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
+use bytes::Bytes;
+
 use super::{App, accept, body, jobs};
-use crate::service::{Caller, Document, ErrorKind, Representation, Request, ServiceError};
+use crate::{
+    jobs::BytesHeld,
+    service::{Caller, Document, ErrorKind, Representation, Request, ServiceError, is_list, specs},
+};
 
 /// Name and value pairs of a query, in its order.
 pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
 
 /// Find the quadric surfaces in a cloud
 ///
-/// The cloud is the body, its format named by `Content-Type` or `format` or told from its bytes; or
-/// it is the part `cloud` of a multipart body, whose part `parameters` is a JSON object. The body may
+/// The cloud is the body, its format named by `format` or `Content-Type` (such as `model/ply`) or told
+/// from its bytes; or it is the part `cloud` of a multipart body, whose part `parameters` is a JSON object. The body may
 /// be compressed (`Content-Encoding: gzip` or `zstd`). A caller that goes away cancels the work.
 ///
 /// With `Prefer: respond-async` the cloud becomes a job that outlives the request. A retried
@@ -27,10 +32,7 @@ pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
     tag = "segmentations",
     responses(
         (status = 200, description = "The surfaces found", body = Document),
-        (
-            status = 202, description = "The job", body = jobs::JobDocument,
-            headers(("Location" = String, description = "Where the job is"))
-        ),
+        (status = 202, description = "The job", body = jobs::JobDocument),
     ),
 )]
 pub async fn create(
@@ -44,15 +46,23 @@ pub async fn create(
     let form = accept::negotiate(message.headers(), Representation::ALL);
     // a job's result is negotiated when it is fetched
     let form = if later { form.unwrap_or(Representation::Json) } else { form? };
-    let timeout = app.config.upload_timeout;
-    let upload = body::read(&app.service, message, &mut request, timeout).await?;
+    let upload = body::read(&app.service, message, &mut request).await?;
     if later {
         let (job, _) = app.service.submit(caller, key, upload, request).await?;
         return Ok(jobs::accepted(job.view()));
     }
+    let held = upload.held().clone();
     let write = move |answer, labels| form.render(answer, labels);
     let bytes = app.service.segment(upload, request, write).await?;
-    Ok(answered(form, bytes))
+    Ok(answered(form, carried(bytes, &held)))
+}
+
+/// The bytes of an answer, which hold `held` until they are sent: callers that read slowly take their
+/// part of the budget.
+pub fn carried(bytes: Vec<u8>, held: &BytesHeld) -> Bytes {
+    // the work is done, so an answer that the budget has no room for goes out all the same
+    let _ = held.grow_to(bytes.len() as u64);
+    held.carried_by(bytes)
 }
 
 /// Whether the caller prefers a job (RFC 7240).
@@ -71,14 +81,44 @@ fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, ServiceError> 
 }
 
 /// A result in one of its forms.
-pub fn answered(form: Representation, bytes: Vec<u8>) -> Response {
+pub fn answered(form: Representation, bytes: Bytes) -> Response {
     let headers = [(header::CONTENT_TYPE, form.media_type()), (header::VARY, "Accept")];
     (headers, bytes).into_response()
 }
 
+/// The request in a query. Lists may be written `a,b,c` or by repeating their name; nothing else may
+/// stand twice.
 fn from_query(query: Pairs) -> Result<Request, ServiceError> {
-    let Query(pairs) = query.map_err(|e| {
-        ServiceError::new(ErrorKind::InvalidParameter, format!("the query cannot be read: {e}"))
-    })?;
-    Request::from_pairs(pairs.iter().map(|(name, value)| (name.as_str(), value.as_str())))
+    let invalid = |detail| ServiceError::new(ErrorKind::InvalidParameter, detail);
+    let Query(pairs) = query.map_err(|e| invalid(format!("the query cannot be read: {e}")))?;
+    let mut given: Vec<(String, String)> = Vec::new();
+    for (name, value) in pairs {
+        let is_list = || specs().any(|spec| spec.name == name && is_list(spec));
+        match given.iter_mut().find(|(known, _)| *known == name) {
+            None => given.push((name, value)),
+            Some((_, list)) if is_list() => *list = format!("{list},{value}"),
+            Some(_) => return Err(invalid(format!("parameter '{name}' stands more than once"))),
+        }
+    }
+    Request::from_pairs(given.iter().map(|(name, value)| (name.as_str(), value.as_str())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn query(pairs: &[(&str, &str)]) -> Result<Request, ErrorKind> {
+        let pairs = pairs.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect();
+        from_query(Ok(Query(pairs))).map_err(|error| error.kind)
+    }
+
+    #[test]
+    fn lists_are_repeated_or_written_with_commas() {
+        let repeated = query(&[("surfaces", "plane"), ("seed", "1"), ("surfaces", "cone")]);
+        assert_eq!(repeated, query(&[("surfaces", "plane,cone"), ("seed", "1")]));
+        let direction = [("axis_direction", "0"), ("axis_direction", "0"), ("axis_direction", "1")];
+        assert_eq!(query(&direction).unwrap().parameters.axis_direction, Some([0.0, 0.0, 1.0]));
+        let twice = query(&[("seed", "1"), ("seed", "1")]);
+        assert_eq!(twice, Err(ErrorKind::InvalidParameter));
+    }
 }

@@ -10,11 +10,17 @@ use tokio::{
     io::{AsyncRead, AsyncWrite},
     net::{TcpListener, TcpStream},
 };
+use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 
-/// Longest time for a request's head, and for a TLS handshake.
-const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+/// Longest time for a TLS handshake.
+const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
+/// By this time the head of an HTTP/1 connection's next request must have come. It is longer than callers
+/// and proxies usually keep a silent connection, so that it is they who close it.
+const HEAD_TIMEOUT: Duration = Duration::from_secs(90);
+/// Longest time a connection may take no byte of an answer.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
 /// A silent HTTP/2 connection is asked this often whether it lives.
 const PING_INTERVAL: Duration = Duration::from_secs(20);
 /// The pause after the system gave no connection, for example for want of file handles.
@@ -57,7 +63,7 @@ async fn connection(stream: TcpStream, router: Router, tls: Option<TlsAcceptor>,
     let _ = stream.set_nodelay(true);
     let served = match tls {
         None => exchange(stream, router, watch).await,
-        Some(tls) => match tokio::time::timeout(HEAD_TIMEOUT, tls.accept(stream)).await {
+        Some(tls) => match tokio::time::timeout(HANDSHAKE_TIMEOUT, tls.accept(stream)).await {
             Ok(Ok(stream)) => exchange(stream, router, watch).await,
             Ok(Err(error)) => Err(error.into()),
             Err(_) => Err(io::Error::from(io::ErrorKind::TimedOut).into()),
@@ -76,7 +82,10 @@ async fn exchange(
     let mut builder = Builder::new(TokioExecutor::new());
     builder.http1().timer(TokioTimer::new()).header_read_timeout(HEAD_TIMEOUT);
     builder.http2().timer(TokioTimer::new()).keep_alive_interval(PING_INTERVAL);
+    let mut stream = TimeoutStream::new(stream);
+    stream.set_write_timeout(Some(WRITE_TIMEOUT));
     let service = TowerToHyperService::new(router);
-    let connection = builder.serve_connection(TokioIo::new(stream), service).into_owned();
+    let connection = builder.serve_connection(TokioIo::new(Box::pin(stream)), service);
+    let connection = connection.into_owned();
     watch.watch(connection).await
 }

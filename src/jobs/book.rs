@@ -1,5 +1,4 @@
 use std::{
-    collections::HashMap,
     fmt::Debug,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
@@ -11,7 +10,7 @@ use uuid::Uuid;
 
 use super::{
     BytesHeld, Control, Fault, Job, JobRecord, JobState, Outcome, Overloaded, Place, Pool,
-    PoolError, Stop, Store, StoreError, Submission, record::now_ms,
+    PoolError, Stop, Store, StoreError, Submission, record::now_ms, register::Register, trace,
 };
 
 /// What jobs do: from input to result.
@@ -54,7 +53,7 @@ pub struct Book {
     pool: Arc<Pool>,
     store: Arc<dyn Store>,
     runner: Arc<dyn Runner>,
-    jobs: Mutex<HashMap<Uuid, Arc<Job>>>,
+    jobs: Mutex<Register>,
     tasks: TaskTracker,
 }
 
@@ -69,18 +68,28 @@ impl Book {
         store: Arc<dyn Store>,
         runner: Arc<dyn Runner>,
     ) -> Result<Arc<Self>, StoreError> {
-        let jobs: Vec<_> = store.records()?.into_iter().map(Job::new).collect();
-        let index = jobs.iter().map(|job| (job.record().id, Arc::clone(job))).collect();
-        let (jobs_by_id, tasks) = (Mutex::new(index), TaskTracker::new());
-        let book = Arc::new(Self { config, pool, store, runner, jobs: jobs_by_id, tasks });
-        for job in jobs.into_iter().filter(|job| !job.record().state.is_final()) {
+        let records = store.records()?;
+        let mut register = Register::default();
+        let mut unfinished = Vec::new();
+        for record in records {
+            let job = Job::new(record.clone());
+            register.add(Arc::clone(&job));
+            if record.state.is_final() {
+                register.ended(&record);
+            } else {
+                unfinished.push(job);
+            }
+        }
+        let (jobs, tasks) = (Mutex::new(register), TaskTracker::new());
+        let book = Arc::new(Self { config, pool, store, runner, jobs, tasks });
+        for job in unfinished {
             // accepted by an earlier process, so it needs no place in the queue
-            book.tasks.spawn(Arc::clone(&book).drive(job, None, None));
+            book.start(job, None, None);
         }
         Ok(book)
     }
 
-    fn jobs(&self) -> MutexGuard<'_, HashMap<Uuid, Arc<Job>>> {
+    fn jobs(&self) -> MutexGuard<'_, Register> {
         self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -98,22 +107,31 @@ impl Book {
         let job = Job::new(record.clone());
         let place = {
             let mut jobs = self.jobs();
-            if let Some(first) = same_key(&jobs, &record)? {
+            if let Some(first) = jobs.same(&record)? {
                 return Ok((first, false));
             }
             let place = self.pool.admit()?;
-            jobs.insert(record.id, Arc::clone(&job));
+            jobs.add(Arc::clone(&job));
             place
         };
         let store = Arc::clone(&self.store);
         let kept = tokio::task::spawn_blocking(move || store.insert(&record, input)).await;
         if let Ok(Err(error)) = kept {
-            self.jobs().remove(&job.record().id);
+            self.jobs().remove(job.record().id);
             return Err(error.into());
         }
-        let run = Arc::clone(self).drive(Arc::clone(&job), Some(place), Some(held));
-        self.tasks.spawn(run);
+        self.start(Arc::clone(&job), Some(place), Some(held));
         Ok((job, true))
+    }
+
+    /// Sees the job through in a task and a trace of its own, which names the request it came by.
+    fn start(self: &Arc<Self>, job: Arc<Job>, place: Option<Place>, held: Option<BytesHeld>) {
+        let id = job.record().id;
+        let log = tracing::info_span!(parent: None, "job", job_id = %id);
+        let span = trace::job(&log);
+        trace::set(&span, "conicoid.job.id", id.to_string());
+        let run = Arc::clone(self).drive(job, place, held);
+        self.tasks.spawn(trace::Scope::new(log, span).cover(run));
     }
 
     /// Sees a job through: waits for its turn, runs it and writes down its end.
@@ -151,22 +169,29 @@ impl Book {
             Err(_) if job.control().stop() == Some(Stop::Cancelled) => (JobState::Cancelled, None),
             Err(fault) => (JobState::Failed, Some(Err(fault))),
         };
-        if let Err(error) = job.end(&*self.store, state, outcome) {
-            tracing::error!(%error, job = %record.id, "the end of a job could not be kept");
+        self.write_end(job, state, outcome);
+    }
+
+    /// Writes down how a job ended; this may wait for a disk.
+    fn write_end(&self, job: &Job, state: JobState, outcome: Option<Outcome>) {
+        let id = job.record().id;
+        // whoever sees that the job has ended may count on its expiry
+        let written = job.end(&*self.store, state, outcome, |record| self.jobs().ended(record));
+        if let Err(error) = written {
+            tracing::error!(%error, job_id = %id, "the end of a job could not be kept");
         }
     }
 
-    async fn end(&self, job: Arc<Job>, state: JobState, outcome: Option<Outcome>) {
-        let store = Arc::clone(&self.store);
-        let ended = tokio::task::spawn_blocking(move || job.end(&*store, state, outcome)).await;
-        if let Ok(Err(error)) = ended {
-            tracing::error!(%error, "the end of a job could not be kept");
-        }
+    async fn end(self: &Arc<Self>, job: Arc<Job>, state: JobState, outcome: Option<Outcome>) {
+        let book = Arc::clone(self);
+        let ended = move || book.write_end(&job, state, outcome);
+        // a runtime that ends leaves the job to the next process
+        let _ = tokio::task::spawn_blocking(ended).await;
     }
 
     /// The job of that name, if `owner` may see it and it has not expired.
     pub fn find(&self, id: Uuid, owner: Option<&str>) -> Option<Arc<Job>> {
-        let job = self.jobs().get(&id).map(Arc::clone)?;
+        let job = self.jobs().get(id)?;
         let record = job.record();
         (record.owner.as_deref() == owner && !self.expired(&record)).then_some(job)
     }
@@ -175,7 +200,7 @@ impl Book {
     ///
     /// # Errors
     /// The store fails.
-    pub async fn cancel(&self, job: Arc<Job>) -> Result<(), StoreError> {
+    pub async fn cancel(self: &Arc<Self>, job: Arc<Job>) -> Result<(), StoreError> {
         if job.record().state.is_final() {
             return self.forget(job.record().id).await;
         }
@@ -203,27 +228,28 @@ impl Book {
     }
 
     async fn forget(&self, id: Uuid) -> Result<(), StoreError> {
-        self.jobs().remove(&id);
+        self.jobs().remove(id);
         let store = Arc::clone(&self.store);
         blocking(move || store.remove(id)).await
     }
 
-    fn expired(&self, record: &JobRecord) -> bool {
+    /// Jobs that ended by this time, in milliseconds since 1970, have expired.
+    fn latest_expired(&self) -> u64 {
         let ttl = u64::try_from(self.config.result_ttl.as_millis()).unwrap_or(u64::MAX);
-        record.finished_ms.is_some_and(|ended| ended.saturating_add(ttl) <= now_ms())
+        now_ms().saturating_sub(ttl)
+    }
+
+    fn expired(&self, record: &JobRecord) -> bool {
+        record.finished_ms.is_some_and(|ended| ended <= self.latest_expired())
     }
 
     /// Forgets the ended jobs that are too old, and the oldest ones above the byte budget.
     pub async fn expire(&self) {
-        let mut ended: Vec<_> = self.jobs().values().map(|job| job.record()).collect();
-        ended.retain(|record| record.state.is_final());
-        ended.sort_by_key(|record| std::cmp::Reverse(record.finished_ms));
-        let mut kept = 0_u64;
-        for record in ended {
-            kept = kept.saturating_add(record.kept_bytes());
-            let over = self.expired(&record) || kept > self.config.result_bytes;
-            if over && let Err(error) = self.forget(record.id).await {
-                tracing::error!(%error, "an expired job could not be removed");
+        loop {
+            let expired = self.jobs().expired(self.latest_expired(), self.config.result_bytes);
+            let Some(id) = expired else { return };
+            if let Err(error) = self.forget(id).await {
+                tracing::error!(%error, job_id = %id, "an expired job could not be removed");
             }
         }
     }
@@ -235,29 +261,6 @@ impl Book {
             self.tasks.wait().await;
         }
     }
-}
-
-/// The job its owner has submitted under the same key, where there is one.
-fn same_key(
-    jobs: &HashMap<Uuid, Arc<Job>>,
-    new: &JobRecord,
-) -> Result<Option<Arc<Job>>, SubmitError> {
-    let Some(wanted) = &new.idempotency else { return Ok(None) };
-    for job in jobs.values() {
-        let record = job.record();
-        match &record.idempotency {
-            Some(known) if known.key == wanted.key && record.owner == new.owner => {
-                let same = known.fingerprint == wanted.fingerprint;
-                return if same {
-                    Ok(Some(Arc::clone(job)))
-                } else {
-                    Err(SubmitError::KeyReused(wanted.key.clone()))
-                };
-            }
-            _ => {}
-        }
-    }
-    Ok(None)
 }
 
 /// Runs a call that may wait for the disk beside the asynchronous threads.

@@ -1,21 +1,26 @@
 use std::sync::{
-    Arc,
+    Arc, Mutex, PoisonError,
     atomic::{AtomicU64, Ordering},
 };
 
+use bytes::Bytes;
+
 use super::Overloaded;
 
-/// How many bytes of uploads may be held at one time, over all requests.
+/// How many bytes of uploads and answers may be held at one time, over all requests.
 #[derive(Clone, Debug)]
 pub struct ByteBudget {
     limit: u64,
     held: Arc<AtomicU64>,
 }
 
-/// Bytes taken from a budget; dropping them gives them back.
+/// Bytes taken from a budget by one request; they are given back when its last handle is dropped.
+#[derive(Clone, Debug)]
+pub struct BytesHeld(Arc<Share>);
+
 #[derive(Debug)]
-pub struct BytesHeld {
-    bytes: u64,
+struct Share {
+    bytes: Mutex<u64>,
     budget: ByteBudget,
 }
 
@@ -32,32 +37,48 @@ impl ByteBudget {
 
     /// An empty share, to grow as an upload comes in.
     pub fn share(&self) -> BytesHeld {
-        BytesHeld { bytes: 0, budget: self.clone() }
+        BytesHeld(Arc::new(Share { bytes: Mutex::new(0), budget: self.clone() }))
     }
 }
 
 impl BytesHeld {
-    /// Grows the share to `bytes`; a share never shrinks before it is dropped.
+    /// Grows the share to `bytes`; a share never shrinks before it is dropped, so those who count the
+    /// same bytes may each say how many they have seen.
     ///
     /// # Errors
     /// The budget has not that much left.
-    pub fn grow_to(&mut self, bytes: u64) -> Result<(), Overloaded> {
-        let more = bytes.saturating_sub(self.bytes);
-        let limit = self.budget.limit;
-        self.budget
-            .held
-            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |held| {
-                held.checked_add(more).filter(|sum| *sum <= limit)
-            })
-            .map_err(|_| Overloaded::Bytes { limit })?;
-        self.bytes += more;
+    pub fn grow_to(&self, bytes: u64) -> Result<(), Overloaded> {
+        let budget = &self.0.budget;
+        let mut taken = self.0.bytes.lock().unwrap_or_else(PoisonError::into_inner);
+        let more = bytes.saturating_sub(*taken);
+        let fits = |held: u64| held.checked_add(more).filter(|sum| *sum <= budget.limit);
+        let grown = budget.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits);
+        grown.map_err(|_| Overloaded::Bytes { limit: budget.limit })?;
+        *taken += more;
         Ok(())
+    }
+
+    /// `bytes` that hold the share until the last of them is dropped: sent, as a rule.
+    pub fn carried_by(&self, bytes: impl AsRef<[u8]> + Send + 'static) -> Bytes {
+        Bytes::from_owner(Carrier { bytes, _held: self.clone() })
     }
 }
 
-impl Drop for BytesHeld {
+impl Drop for Share {
     fn drop(&mut self) {
-        self.budget.held.fetch_sub(self.bytes, Ordering::Relaxed);
+        let bytes = self.bytes.get_mut().unwrap_or_else(PoisonError::into_inner);
+        self.budget.held.fetch_sub(*bytes, Ordering::Relaxed);
+    }
+}
+
+struct Carrier<T> {
+    bytes: T,
+    _held: BytesHeld,
+}
+
+impl<T: AsRef<[u8]>> AsRef<[u8]> for Carrier<T> {
+    fn as_ref(&self) -> &[u8] {
+        self.bytes.as_ref()
     }
 }
 
@@ -68,12 +89,26 @@ mod tests {
     #[test]
     fn the_budget_is_spent_to_the_byte_and_given_back() {
         let budget = ByteBudget::new(10);
-        let (mut a, mut b) = (budget.share(), budget.share());
+        let (a, b) = (budget.share(), budget.share());
         assert!(a.grow_to(6).is_ok() && a.grow_to(4).is_ok() && b.grow_to(4).is_ok());
         assert_eq!(b.grow_to(5), Err(Overloaded::Bytes { limit: 10 }));
         assert_eq!(budget.held(), 10);
         drop(a);
         assert_eq!(budget.held(), 4);
         assert!(b.grow_to(10).is_ok() && b.grow_to(11).is_err());
+    }
+
+    #[test]
+    fn bytes_on_their_way_hold_the_share_until_the_last_is_sent() {
+        let budget = ByteBudget::new(10);
+        let held = budget.share();
+        held.grow_to(7).unwrap();
+        let mut sent = held.carried_by(vec![1, 2, 3]);
+        drop(held);
+        let first = sent.split_to(1);
+        drop(sent);
+        assert_eq!((first.as_ref(), budget.held()), ([1].as_slice(), 7));
+        drop(first);
+        assert_eq!(budget.held(), 0);
     }
 }

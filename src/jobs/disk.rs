@@ -39,12 +39,13 @@ fn failed(error: impl Into<redb::Error>) -> StoreError {
 }
 
 impl DiskStore {
-    /// Opens the database at `path`, or makes it.
+    /// Opens the database at `path`, or makes it; it keeps up to `cache` bytes of the file in memory.
     ///
     /// # Errors
     /// The file cannot be used, is no database, or is in use by another process.
-    pub fn open(path: &Path) -> Result<Self, StoreError> {
-        let store = Self { database: Database::create(path).map_err(failed)? };
+    pub fn open(path: &Path, cache: usize) -> Result<Self, StoreError> {
+        let database = Database::builder().set_cache_size(cache).create(path).map_err(failed)?;
+        let store = Self { database };
         // tables come to be when they are opened for writing; reading needs them all
         store.change(|_| Ok(()))?;
         Ok(store)

@@ -65,7 +65,7 @@ impl Job {
         })
     }
 
-    /// Writes down the end of the job and shows it, unless it has ended before.
+    /// Writes down the end of the job, tells `ended` and then everybody, unless it has ended before.
     ///
     /// # Errors
     /// The store fails; then the job is shown as failed, and a durable store runs it again.
@@ -74,6 +74,7 @@ impl Job {
         store: &dyn Store,
         state: JobState,
         outcome: Option<Outcome>,
+        ended: impl FnOnce(&JobRecord),
     ) -> Result<bool, StoreError> {
         let _alone = self.ending.lock().unwrap_or_else(PoisonError::into_inner);
         let mut record = self.record();
@@ -95,6 +96,7 @@ impl Job {
             record.state = JobState::Failed;
             record.fault = Some(Fault { code: "internal".to_owned(), detail: error.to_string() });
         }
+        ended(&record);
         self.state.send_replace(record);
         written.map(|()| true)
     }
@@ -140,9 +142,9 @@ mod tests {
     fn a_job_ends_once() {
         let (job, store) = job();
         assert!(job.begin());
-        assert!(job.end(&store, JobState::Cancelled, None).unwrap());
+        assert!(job.end(&store, JobState::Cancelled, None, |_| ()).unwrap());
         let late = Some(Ok(Bytes::from_static(b"late")));
-        assert!(!job.end(&store, JobState::Succeeded, late).unwrap());
+        assert!(!job.end(&store, JobState::Succeeded, late, |_| ()).unwrap());
         assert!(!job.begin());
         assert_eq!(job.record().state, JobState::Cancelled);
         assert_eq!(store.result(job.record().id).unwrap(), None);
@@ -157,7 +159,8 @@ mod tests {
         assert_eq!(watch.next().await.unwrap().record.state, JobState::Running);
         job.control().progress(Stage::Grow, 0.5);
         assert_eq!(watch.next().await.unwrap().progress.unwrap().fraction, 0.5);
-        job.end(&store, JobState::Succeeded, Some(Ok(Bytes::from_static(b"done")))).unwrap();
+        job.end(&store, JobState::Succeeded, Some(Ok(Bytes::from_static(b"done"))), |_| ())
+            .unwrap();
         let last = watch.next().await.unwrap().record;
         assert_eq!((last.state, last.result_bytes), (JobState::Succeeded, 4));
         assert!(watch.next().await.is_none());

@@ -10,7 +10,9 @@ mod disk;
 mod job;
 mod pool;
 mod record;
+mod register;
 mod store;
+pub mod trace;
 
 pub use book::{Book, BookConfig, Runner, SubmitError};
 pub use budget::{ByteBudget, BytesHeld};

@@ -8,6 +8,8 @@ use std::{
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::sync::{AcquireError, OwnedSemaphorePermit, Semaphore, oneshot};
 
+use super::trace;
+
 /// How much the pool does at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoolConfig {
@@ -119,7 +121,7 @@ impl Pool {
         place.map(Place).map_err(|_| Overloaded::Queue { limit: self.config.queue })
     }
 
-    /// Waits for a turn and does `work` on the lane's threads.
+    /// Waits for a turn and does `work` on the lane's threads, within the caller's spans.
     ///
     /// Dropping the future while it waits leaves the queue; once begun, the work runs to its end, so
     /// it should watch a [`super::Control`].
@@ -142,9 +144,10 @@ impl Pool {
         metrics::histogram!("conicoid_wait_seconds", "lane" => lane.name())
             .record(waiting.elapsed());
         let (answer, answered) = oneshot::channel();
+        let scope = trace::Scope::current();
         turn.spawn(move || {
             let running = Instant::now();
-            let done = catch_unwind(AssertUnwindSafe(work));
+            let done = catch_unwind(AssertUnwindSafe(|| scope.enter(work)));
             metrics::histogram!("conicoid_run_seconds", "lane" => lane.name())
                 .record(running.elapsed());
             // nobody listens when the caller has gone away

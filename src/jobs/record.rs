@@ -3,6 +3,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
+/// What a job takes beside its input and its result, as a round figure.
+const RECORD_BYTES: u64 = 2048;
+
 /// Where a job stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "lowercase")]
@@ -100,9 +103,10 @@ impl JobRecord {
         }
     }
 
-    /// Bytes the job keeps: its input, for outputs that show the points, and its result.
+    /// Bytes the job keeps: its input, for outputs that show the points, its result, and itself, so
+    /// that a great many small jobs have their end too.
     pub fn kept_bytes(&self) -> u64 {
-        self.input_bytes + self.result_bytes
+        RECORD_BYTES + self.input_bytes + self.result_bytes
     }
 }
 

@@ -4,9 +4,9 @@ use sha2::{Digest, Sha256};
 
 use super::{Document, Input, Request, ServiceError, Timing, UnassignedPoints};
 use crate::{
-    formats::{self, Format, Limits},
+    formats::{self, Format, Limits, Watched},
     geometry::PointCloud,
-    jobs::Control,
+    jobs::{Control, trace},
     segment::{Segmentation, segment},
 };
 
@@ -36,11 +36,20 @@ pub fn compute(
     }
     let begin = Instant::now();
     let format = request.format.or_else(|| Format::detect(bytes));
-    let (cloud, sha256) = rayon::join(|| formats::read(bytes, format, limits), || sha256(bytes));
-    let (cloud, parse) = (cloud?, begin.elapsed().as_secs_f64());
-    let found = segment(&cloud, &request.parameters, control)
-        .map_err(|error| control.stop().map_or_else(|| error.into(), ServiceError::from))?;
+    let stopped = || control.stop().is_some();
+    let watched = Watched { limits: *limits, stopped: &stopped };
+    let (cloud, sha256) = trace::step("parse").in_scope(|| {
+        rayon::join(|| formats::read(bytes, format, &watched), || sha256_unless(bytes, stopped))
+    });
+    // a run that was stopped says so, wherever it was
+    let told = |error: ServiceError| control.stop().map_or(error, ServiceError::from);
+    let cloud = cloud.map_err(|error| told(error.into()))?;
+    let parse = begin.elapsed().as_secs_f64();
+    let span = trace::step("segment");
+    let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
+    let found = found.map_err(|error| told(error.into()))?;
     let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
+    describe(&span, &cloud, &found, &timing);
     metrics::counter!("conicoid_points_total").increment(cloud.input_len as u64);
     let input = Input {
         points: cloud.input_len,
@@ -49,6 +58,15 @@ pub fn compute(
         skipped: cloud.skipped(),
     };
     Ok(Answer { document: document(&cloud, found, input, timing), cloud })
+}
+
+/// What a trace tells of a segmentation.
+fn describe(span: &tracing::Span, cloud: &PointCloud, found: &Segmentation, timing: &Timing) {
+    trace::set(span, "conicoid.points", cloud.input_len as i64);
+    trace::set(span, "conicoid.regions", found.regions.len() as i64);
+    for (stage, seconds) in &timing.stages {
+        trace::set(span, format!("conicoid.stage.{stage}.seconds"), *seconds);
+    }
 }
 
 fn document(cloud: &PointCloud, found: Segmentation, input: Input, timing: Timing) -> Document {
@@ -71,5 +89,14 @@ fn document(cloud: &PointCloud, found: Segmentation, input: Input, timing: Timin
 
 /// SHA-256 of `bytes` in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    sha256_unless(bytes, || false)
+}
+
+/// SHA-256 of `bytes`, or of some of them once `stopped` says so: then nobody looks at it.
+fn sha256_unless(bytes: &[u8], stopped: impl Fn() -> bool) -> String {
+    /// About five milliseconds' worth.
+    const BLOCK: usize = 8 << 20;
+    let mut hash = Sha256::new();
+    bytes.chunks(BLOCK).take_while(|_| !stopped()).for_each(|block| hash.update(block));
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

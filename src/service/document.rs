@@ -3,10 +3,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
-    jobs::StageTimes,
-    segment::{Counters, Parameters, Region},
-};
+use crate::segment::{Counters, Parameters, Region};
 
 /// The result of a segmentation, as it is told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -60,7 +57,7 @@ pub struct Timing {
     /// Reading the cloud.
     pub parse: f64,
     /// Each stage of the method, by its name.
-    pub stages: StageTimes,
+    pub stages: BTreeMap<String, f64>,
     /// Reading and segmenting together.
     pub total: f64,
 }

@@ -1,3 +1,5 @@
+use std::time::Duration;
+
 use tonic::Code;
 
 use crate::{
@@ -161,6 +163,12 @@ impl ServiceError {
         Self { kind, detail: detail.into() }
     }
 
+    /// An upload took longer than `limit`.
+    pub fn upload_timeout(limit: Duration) -> Self {
+        let detail = format!("the upload took longer than {} s", limit.as_secs_f64());
+        Self::new(ErrorKind::UploadTimeout, detail)
+    }
+
     /// Counts a request that was refused for this.
     pub fn count(&self) {
         metrics::counter!("conicoid_rejections_total", "cause" => self.kind.row().code)
@@ -186,6 +194,7 @@ impl From<FormatError> for ServiceError {
             FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
             FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
             FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,
+            FormatError::Stopped => ErrorKind::Cancelled,
             _ => ErrorKind::MalformedCloud,
         };
         Self::new(kind, error.to_string())

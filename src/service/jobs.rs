@@ -1,5 +1,6 @@
 use std::{sync::Arc, time::Duration};
 
+use bytes::Bytes;
 use uuid::Uuid;
 
 use super::{
@@ -9,8 +10,8 @@ use super::{
 use crate::{
     formats::{self, Limits},
     jobs::{
-        Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError, Runner,
-        Submission,
+        BytesHeld, Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError,
+        Runner, Submission,
     },
 };
 
@@ -28,7 +29,6 @@ pub struct SegmentationRunner {
 
 impl Runner for SegmentationRunner {
     fn run(&self, record: &JobRecord, input: &[u8], control: &Control) -> Outcome {
-        let _span = tracing::info_span!("job", job_id = %record.id).entered();
         let done = request_of(record)
             .and_then(|request| compute(input, &request, &self.limits, control))
             .and_then(|answer| Representation::Json.render(answer, true));
@@ -36,7 +36,7 @@ impl Runner for SegmentationRunner {
             Ok(_) => tracing::info!("done"),
             Err(error) => tracing::info!(code = error.kind.row().code, "{error}"),
         }
-        done.map(bytes::Bytes::from).map_err(|error| fault(&error))
+        done.map(Bytes::from).map_err(|error| fault(&error))
     }
 
     fn time_for(&self, record: &JobRecord) -> Duration {
@@ -101,25 +101,46 @@ impl Service {
         Ok(job)
     }
 
+    /// The result of a job as it is kept, the document as JSON with its labels, and what was asked.
+    /// `held` counts its bytes.
+    ///
+    /// # Errors
+    /// There is no such job, it has no result (yet), there is no room, or the store fails.
+    pub async fn kept_result(
+        &self,
+        caller: &Caller,
+        id: &str,
+        held: &BytesHeld,
+    ) -> Result<(Bytes, Request), ServiceError> {
+        let record = self.job(caller, id)?.record();
+        check_ended(&record)?;
+        held.grow_to(record.result_bytes)?;
+        let result = self.book().result(record.id).await?;
+        Ok((result.ok_or_else(|| expired(id))?, request_of(&record)?))
+    }
+
     /// The result of a job, written by `tell`; it gets whether the submitter wanted labels.
     ///
     /// # Errors
-    /// There is no such job, it has no result (yet), or the store fails.
+    /// There is no such job, it has no result (yet), there is no room, or the store fails.
     pub async fn job_result<T: Send + 'static>(
         &self,
         caller: &Caller,
         id: &str,
+        held: &BytesHeld,
         with_cloud: bool,
         tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
+        let (result, request) = self.kept_result(caller, id, held).await?;
         let record = self.job(caller, id)?.record();
-        check_ended(&record)?;
-        let gone = || ServiceError::new(ErrorKind::JobNotFound, format!("job '{id}' has expired"));
-        let result = self.book().result(record.id).await?.ok_or_else(gone)?;
-        let input = if with_cloud { self.book().input(record.id).await? } else { None };
+        let input = if with_cloud {
+            held.grow_to(record.result_bytes + record.input_bytes)?;
+            Some(self.book().input(record.id).await?.ok_or_else(|| expired(id))?)
+        } else {
+            None
+        };
         let limits = self.limits();
         let write = move || {
-            let request = request_of(&record)?;
             let document: Document = serde_json::from_slice(&result)?;
             let cloud = input.map(|bytes| formats::read(&bytes, request.format, &limits));
             let cloud = cloud.transpose()?.unwrap_or_default();
@@ -128,6 +149,10 @@ impl Service {
         let written = tokio::task::spawn_blocking(write).await;
         written.map_err(|_| ServiceError::from(PoolError::Closed))?
     }
+}
+
+fn expired(id: &str) -> ServiceError {
+    ServiceError::new(ErrorKind::JobNotFound, format!("job '{id}' has expired"))
 }
 
 fn check_ended(record: &JobRecord) -> Result<(), ServiceError> {

@@ -16,5 +16,5 @@ pub use document::{Document, Input, Timing, UnassignedPoints};
 pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
 pub use keys::{Caller, Keys, KeysError};
 pub use representation::Representation;
-pub use request::{OPTIONS, Request, specs, unknown_format};
+pub use request::{OPTIONS, Request, is_list, specs, unknown_format};
 pub use segmentations::{Service, ServiceConfig, StartError, Upload};

@@ -38,6 +38,11 @@ pub fn specs() -> impl Iterator<Item = &'static ParameterSpec> {
     PARAMETERS.iter().chain(OPTIONS)
 }
 
+/// Whether a parameter takes several values.
+pub fn is_list(spec: &ParameterSpec) -> bool {
+    matches!(spec.kind, ParameterKind::List(_) | ParameterKind::Direction)
+}
+
 /// What to do with a cloud.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {

@@ -30,8 +30,12 @@ pub struct ServiceConfig {
     pub max_deadline: Duration,
     /// How long ended jobs are kept.
     pub book: BookConfig,
+    /// Longest time an upload may take.
+    pub upload_timeout: Duration,
     /// Where jobs are kept on disk; in memory when absent.
     pub data_dir: Option<PathBuf>,
+    /// Bytes of the file in `data_dir` that are kept in memory.
+    pub data_cache_bytes: usize,
 }
 
 /// Why the service cannot start.
@@ -112,10 +116,22 @@ impl Service {
         keys::caller(self.keys.as_ref(), authorization)
     }
 
-    /// Begins to take in a cloud.
-    pub fn upload(&self) -> Upload {
-        let limit = self.config.max_body_bytes;
-        Upload { bytes: Vec::new(), held: self.budget.share(), limit }
+    /// An empty share of the budget for one request.
+    pub fn share(&self) -> BytesHeld {
+        self.budget.share()
+    }
+
+    /// Begins to take in a cloud, whose bytes `held` counts.
+    pub fn upload(&self, held: BytesHeld) -> Upload {
+        Upload { bytes: Vec::new(), held, limit: self.config.max_body_bytes }
+    }
+
+    /// Refuses a caller before its cloud is taken in, where the queue is full already.
+    ///
+    /// # Errors
+    /// There is no room.
+    pub fn check_room(&self) -> Result<(), ServiceError> {
+        Ok(self.pool.admit().map(drop)?)
     }
 
     /// Segments a cloud while the caller waits, and writes the answer by `tell` on the same threads.
@@ -155,10 +171,10 @@ fn open_store(config: &ServiceConfig) -> Result<Arc<dyn Store>, StartError> {
     let Some(path) = &config.data_dir else { return Ok(Arc::new(MemoryStore::default())) };
     std::fs::create_dir_all(path)
         .map_err(|error| StartError::Directory { path: path.clone(), error })?;
-    Ok(Arc::new(DiskStore::open(&path.join("jobs.redb"))?))
+    Ok(Arc::new(DiskStore::open(&path.join("jobs.redb"), config.data_cache_bytes)?))
 }
 
-/// A cloud coming in: its bytes, counted against the budget of all uploads.
+/// A cloud coming in: its bytes, counted against the budget of all requests.
 #[derive(Debug)]
 pub struct Upload {
     bytes: Vec<u8>,
@@ -193,6 +209,11 @@ impl Upload {
         self.expect(chunk.len() as u64)?;
         self.bytes.extend_from_slice(chunk);
         Ok(())
+    }
+
+    /// The share of the budget its bytes hold.
+    pub fn held(&self) -> &BytesHeld {
+        &self.held
     }
 
     /// The bytes, and the budget they hold.

@@ -201,3 +201,25 @@ async fn a_body_that_expands_beyond_the_limit_is_refused() {
         assert_eq!(problem(answer).await, (413, "body_too_large".to_owned()));
     }
 }
+
+#[tokio::test]
+async fn bodies_and_clouds_are_taken_up_to_their_limit_and_not_beyond() {
+    let cloud = "0 0 0\n".repeat(20);
+    for (flag, limit, code) in [
+        ("--max-body-bytes", cloud.len(), "body_too_large"),
+        ("--max-bytes-in-flight", cloud.len(), "overloaded"),
+        ("--max-points", 20, "too_many_points"),
+    ] {
+        let running = start(&[&format!("{flag}={limit}")]).await;
+        assert_eq!(running.post("min_points=10", cloud.clone()).await.status(), 200, "{flag}");
+        // one byte more, and one point more
+        let status = if code == "overloaded" { 503 } else { 413 };
+        for more in [" ".to_owned() + &cloud, cloud.clone() + "1 1 1\n"] {
+            if code == "too_many_points" && more.starts_with(' ') {
+                continue;
+            }
+            let refused = running.post("min_points=10", more).await;
+            assert_eq!(problem(refused).await, (status, code.to_owned()), "{flag}");
+        }
+    }
+}

@@ -97,10 +97,14 @@ fn expressions() -> Vec<String> {
     found
 }
 
-/// The metrics an expression reads: words with an underscore, outside quotes, that no function has.
+/// The metrics an expression reads: words with an underscore, outside quotes and lists of labels, that
+/// no function has.
 fn metrics_in(expression: &str) -> BTreeSet<String> {
     let unquoted: String = expression.split('"').step_by(2).collect::<Vec<_>>().join(" ");
-    let words = unquoted.split(|c: char| !c.is_ascii_alphanumeric() && !"_:$".contains(c));
+    let (first, rest) = unquoted.split_once("by (").unwrap_or((&unquoted, ""));
+    let after_labels = rest.split("by (").filter_map(|part| Some(part.split_once(')')?.1));
+    let unlisted = std::iter::once(first).chain(after_labels).collect::<Vec<_>>().join(" ");
+    let words = unlisted.split(|c: char| !c.is_ascii_alphanumeric() && !"_:$".contains(c));
     let words = words.filter(|word| {
         word.contains('_') && !word.contains([':', '$']) && !word.ends_with("_over_time")
     });

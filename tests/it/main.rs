@@ -10,6 +10,7 @@
 mod access;
 mod architecture;
 mod bad_input;
+mod browser;
 mod contract;
 mod deploy;
 mod jobs;
@@ -22,3 +23,4 @@ mod service;
 mod settings;
 mod support;
 mod survival;
+mod traces;

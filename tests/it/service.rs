@@ -1,6 +1,7 @@
 //! The listeners, overload, deadlines, health and the end of the service.
 
 use conicoid::service::message::v1;
+use futures::StreamExt;
 use tonic::Code;
 use tonic_health::pb::{HealthCheckRequest, health_client::HealthClient};
 
@@ -56,6 +57,54 @@ async fn an_upload_that_stalls_times_out() {
 }
 
 #[tokio::test]
+async fn a_call_whose_upload_stalls_times_out() {
+    let running = start(&["--upload-timeout=0.05"]).await;
+    let start = v1::Upload { part: Some(v1::upload::Part::Start(Default::default())) };
+    let stalled = futures::stream::iter([start]).chain(futures::stream::pending());
+    let status = running.grpc().await.segment_upload(stalled).await.unwrap_err();
+    assert_eq!(reason(&status), (Code::DeadlineExceeded, "upload_timeout".to_owned()));
+}
+
+#[tokio::test]
+async fn a_message_beyond_the_byte_budget_is_refused_before_it_is_put_together() {
+    let running = start(&["--max-bytes-in-flight=100000"]).await;
+    let message =
+        |bytes| v1::SegmentRequest { cloud: vec![b' '; bytes].into(), ..Default::default() };
+    let status = running.grpc().await.segment(message(100_000)).await.unwrap_err();
+    assert_eq!(reason(&status), (Code::ResourceExhausted, "overloaded".to_owned()));
+    let status = running.grpc().await.segment(message(90_000)).await.unwrap_err();
+    assert_eq!(status.code(), Code::InvalidArgument, "{status}");
+    assert_eq!(running.service.bytes_in_flight(), 0);
+}
+
+#[tokio::test]
+async fn a_caller_reads_why_its_large_upload_is_refused() {
+    let running = start(&["--max-bytes-in-flight=1000"]).await;
+    for _ in 0..20 {
+        let refused = running.post("", vec![b' '; 8 << 20]).await;
+        assert_eq!(problem(refused).await, (503, "overloaded".to_owned()));
+    }
+}
+
+#[tokio::test]
+async fn an_answer_that_is_not_read_keeps_its_part_of_the_budget() {
+    let running = start(&[]).await;
+    let cloud = clouds::ply(&clouds::bracket(100_000));
+    let bytes = cloud.len() as u64;
+    let client = reqwest::Client::builder().http2_prior_knowledge();
+    // two streams of one connection whose window is small
+    let client = client.http2_initial_stream_window_size(1000).build().unwrap();
+    let url = running.url("/v1/segmentations?method=rcond&max_regions=1&deadline=60");
+    let answer = client.post(url).body(cloud).send().await.unwrap();
+    assert_eq!(answer.status(), 200);
+    assert!(running.service.bytes_in_flight() >= bytes);
+    answer.bytes().await.unwrap();
+    while running.service.bytes_in_flight() > 0 {
+        tokio::task::yield_now().await;
+    }
+}
+
+#[tokio::test]
 async fn the_request_id_of_the_caller_comes_back() {
     let running = start(&[]).await;
     let request = reqwest::Client::new().get(running.url("/docs"));
@@ -108,6 +157,40 @@ async fn told_to_stop_it_drains_and_ends() {
     running.stop.cancel();
     running.ended.await.unwrap();
     assert!(reqwest::get(format!("http://{}/docs", running.addresses.http)).await.is_err());
+}
+
+#[tokio::test]
+async fn while_it_drains_it_is_not_ready_and_ends_what_it_has_begun() {
+    let running = start(&["--threads=1"]).await;
+    let release = running.block_small_lane();
+    let cloud = clouds::xyz(&clouds::cylinder(200));
+    let url = running.url("/v1/segmentations");
+    let post = reqwest::Client::new().post(url).body(cloud);
+    let under_way = tokio::spawn(post.send());
+    while running.service.pool().queued() == 0 {
+        tokio::task::yield_now().await;
+    }
+    running.stop.cancel();
+    let ready = async || reqwest::get(running.admin_url("/readyz")).await.unwrap().status();
+    assert_eq!(ready().await, 503);
+    assert_eq!(reqwest::get(running.admin_url("/livez")).await.unwrap().status(), 200);
+    drop(release);
+    assert_eq!(under_way.await.unwrap().unwrap().status(), 200);
+    running.ended.await.unwrap();
+}
+
+#[tokio::test]
+async fn a_drain_does_not_take_longer_than_its_deadline() {
+    let running = start(&["--threads=1", "--drain-deadline=0.1"]).await;
+    let _release = running.block_small_lane();
+    let url = running.url("/v1/segmentations");
+    let post = reqwest::Client::new().post(url).body(clouds::xyz(&clouds::cylinder(200)));
+    tokio::spawn(post.send());
+    while running.service.pool().queued() == 0 {
+        tokio::task::yield_now().await;
+    }
+    running.stop.cancel();
+    running.ended.await.unwrap();
 }
 
 #[test]

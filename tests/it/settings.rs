@@ -72,7 +72,7 @@ async fn the_metrics_show_what_was_done() {
     assert_eq!(running.post("labels=none", "0 0 0\n".repeat(20)).await.status(), 422);
     let metrics = reqwest::get(running.admin_url("/metrics")).await.unwrap().text().await.unwrap();
     for line in [
-        "http_server_request_duration_seconds_bucket{method=\"POST\",route=\"/v1/segmentations\"",
+        "http_server_request_duration_seconds_bucket{http_request_method=\"POST\",http_route=\"/v1/segmentations\"",
         "conicoid_rejections_total{cause=\"too_few_points\"}",
         "conicoid_queue_length 0",
         "conicoid_bytes_in_flight",

@@ -12,28 +12,37 @@ use serde_json::Value;
 
 use super::support::{clouds, location};
 
-/// A service in a process of its own, and the URL of its HTTP listener.
-struct Process(Child, String);
+/// A service in a process of its own.
+pub struct Process {
+    child: Child,
+    /// The URL of its HTTP listener.
+    pub http: String,
+}
 
 impl Process {
-    fn start(data: &Path) -> Self {
+    /// Starts it with `flags` on free ports.
+    pub fn start(flags: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_conicoid"))
             .args(["--http=127.0.0.1:0", "--grpc=127.0.0.1:0", "--admin=127.0.0.1:0"])
-            .args(["--threads=1", "--log=error", "--data-dir"])
-            .arg(data)
+            .args(["--threads=1", "--log=error"])
+            .args(flags)
             .stdout(Stdio::piped())
             .spawn()
             .unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        Self(child, line.trim().to_owned())
+        Self { child, http: line.trim().to_owned() }
+    }
+
+    fn keeping(data: &Path) -> Self {
+        Self::start(&["--data-dir", data.to_str().unwrap()])
     }
 
     /// Tells it to stop and waits until it has.
-    fn stop(mut self) {
-        let id = self.0.id().to_string();
+    pub fn stop(mut self) {
+        let id = self.child.id().to_string();
         Command::new("kill").args(["-TERM", &id]).status().unwrap();
-        assert!(self.0.wait().unwrap().success());
+        assert!(self.child.wait().unwrap().success());
     }
 
     /// SIGKILL: nothing of the process gets to run any more.
@@ -45,28 +54,28 @@ impl Process {
 impl Drop for Process {
     fn drop(&mut self) {
         // it may have ended
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
 #[tokio::test]
 async fn results_outlive_a_restart() {
     let directory = tempfile::tempdir().unwrap();
-    let first = Process::start(directory.path());
+    let first = Process::keeping(directory.path());
     let cloud = clouds::xyz(&clouds::cylinder(300));
-    let request = Client::new().post(format!("{}/v1/segmentations", first.1));
+    let request = Client::new().post(format!("{}/v1/segmentations", first.http));
     let request = request.header("prefer", "respond-async").body(cloud);
     let place = location(&request.send().await.unwrap());
     let get = async |url: String| reqwest::get(url).await.unwrap().text().await.unwrap();
-    get(format!("{}{place}/events", first.1)).await;
-    let job = get(format!("{}{place}", first.1)).await;
-    let result = get(format!("{}{place}/result", first.1)).await;
+    get(format!("{}{place}/events", first.http)).await;
+    let job = get(format!("{}{place}", first.http)).await;
+    let result = get(format!("{}{place}/result", first.http)).await;
     assert!(job.contains("succeeded"), "{job}");
     first.stop();
-    let second = Process::start(directory.path());
-    assert_eq!(get(format!("{}{place}", second.1)).await, job);
-    assert_eq!(get(format!("{}{place}/result", second.1)).await, result);
+    let second = Process::keeping(directory.path());
+    assert_eq!(get(format!("{}{place}", second.http)).await, job);
+    assert_eq!(get(format!("{}{place}/result", second.http)).await, result);
     second.kill();
 }
 
@@ -76,11 +85,11 @@ async fn accepted_jobs_survive_a_kill_and_are_done_once() {
     const KILLS: usize = 3;
     let directory = tempfile::tempdir().unwrap();
     let client = Client::new();
-    let process = Process::start(directory.path());
+    let process = Process::keeping(directory.path());
     let cloud = |i| clouds::ply(&clouds::bracket(3000 + i));
     let mut places = Vec::new();
     for i in 0..JOBS {
-        let request = client.post(format!("{}/v1/segmentations", process.1));
+        let request = client.post(format!("{}/v1/segmentations", process.http));
         let request = request.header("prefer", "respond-async").body(cloud(i));
         places.push(location(&request.send().await.unwrap()));
     }
@@ -90,7 +99,7 @@ async fn accepted_jobs_survive_a_kill_and_are_done_once() {
         // some jobs end between two kills, and all of them after the last
         let wanted = if kill == KILLS { JOBS } else { JOBS * (kill + 1) / (KILLS + 3) };
         for (place, seen) in places.iter().zip(&mut seen).take(wanted) {
-            let url = format!("{}{place}", process.1);
+            let url = format!("{}{place}", process.http);
             client.get(format!("{url}/events")).send().await.unwrap().text().await.unwrap();
             let result = client.get(format!("{url}/result")).send().await.unwrap();
             assert_eq!(result.status(), 200);
@@ -100,7 +109,7 @@ async fn accepted_jobs_survive_a_kill_and_are_done_once() {
         }
         let data = directory.path();
         process.kill();
-        process = Process::start(data);
+        process = Process::keeping(data);
     }
     process.kill();
     for (i, text) in seen.into_iter().enumerate() {

@@ -5,7 +5,7 @@ mod laz;
 use std::{io::Cursor, sync::atomic::Ordering};
 
 use super::{
-    Format, FormatError, Limits,
+    Bounds, Format, FormatError,
     guard::{check_density, guarded},
 };
 use crate::geometry::{PointCloud, Vec3};
@@ -14,7 +14,7 @@ use crate::geometry::{PointCloud, Vec3};
 const BATCH_BYTES: usize = 1 << 20;
 
 /// Reads the points in their order.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatError> {
+pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let file = without_extended_records(bytes)?;
     let points = guarded(Format::Las, || -> Result<_, las::Error> {
         // the header alone first: making a reader already reserves what a compressed file announces
@@ -26,17 +26,23 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatEr
         let (window, end) = laz::Window::new(file);
         let mut reader = las::Reader::new(window)?;
         end.store(points_end, Ordering::Relaxed);
-        read_points(&mut reader).map(Ok)
+        read_points(&mut reader, limits)
     })?;
     Ok(PointCloud::from_points(points))
 }
 
-fn read_points(reader: &mut las::Reader) -> las::Result<Vec<Vec3>> {
+fn read_points(
+    reader: &mut las::Reader,
+    limits: &dyn Bounds,
+) -> las::Result<Result<Vec<Vec3>, FormatError>> {
     let header = reader.header();
     let (total, record) = (header.number_of_points(), usize::from(header.point_format().len()));
     let batch = (BATCH_BYTES / record.max(1)).max(1) as u64;
     let mut points = Vec::new();
     while (points.len() as u64) < total {
+        if let Err(error) = limits.go_on() {
+            return Ok(Err(error));
+        }
         let read = reader.read_points(batch)?;
         if read.is_empty() {
             break;
@@ -44,11 +50,11 @@ fn read_points(reader: &mut las::Reader) -> las::Result<Vec<Vec3>> {
         let coordinates = read.x().zip(read.y()).zip(read.z());
         points.extend(coordinates.map(|((x, y), z)| Vec3::new(x, y, z)));
     }
-    Ok(points)
+    Ok(Ok(points))
 }
 
 /// Holds what the header announces against the bytes; gives where the points end.
-fn check(header: &las::Header, bytes: &[u8], limits: &Limits) -> Result<u64, FormatError> {
+fn check(header: &las::Header, bytes: &[u8], limits: &dyn Bounds) -> Result<u64, FormatError> {
     let announced = header.number_of_points();
     let points_end = if header.point_format().is_compressed {
         check_density(Format::Las, announced, bytes.len())?;
@@ -106,6 +112,7 @@ fn u64_at(bytes: &[u8], at: usize) -> Option<usize> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::formats::Limits;
 
     /// A survey-like cloud far from the origin, with a step of 0.1 mm.
     pub(in crate::formats) fn file(format: u8, compressed: bool, n: usize) -> (Vec<u8>, Vec<Vec3>) {

@@ -8,14 +8,14 @@ mod lzf;
 use header::{Data, Header};
 
 use super::{
-    Format, FormatError, Limits,
+    Bounds, Format, FormatError,
     scalar::{Column, Endian, decode_column, decode_records},
     text::Words,
 };
 use crate::geometry::{PointCloud, Vec3};
 
 /// Reads the points in their order; the holes of an organised cloud are NaN points.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatError> {
+pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let header = Header::parse(bytes)?;
     let body = &bytes[header.body..];
     let points = match header.data {
@@ -31,7 +31,11 @@ fn truncated(header: &Header, found: u64) -> FormatError {
 }
 
 /// Checks an announced count against what the bytes can hold, then against the limit.
-fn checked_count(header: &Header, available: u64, limits: &Limits) -> Result<usize, FormatError> {
+fn checked_count(
+    header: &Header,
+    available: u64,
+    limits: &dyn Bounds,
+) -> Result<usize, FormatError> {
     if header.points > available {
         return Err(truncated(header, available));
     }
@@ -39,7 +43,7 @@ fn checked_count(header: &Header, available: u64, limits: &Limits) -> Result<usi
     Ok(header.points as usize)
 }
 
-fn binary(body: &[u8], header: &Header, limits: &Limits) -> Result<Vec<Vec3>, FormatError> {
+fn binary(body: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>, FormatError> {
     let count = checked_count(header, (body.len() / header.stride()) as u64, limits)?;
     let columns = header.coordinates()?.map(|place| {
         let offset = header.fields[..place].iter().map(|f| f.size()).sum();
@@ -50,7 +54,7 @@ fn binary(body: &[u8], header: &Header, limits: &Limits) -> Result<Vec<Vec3>, Fo
 }
 
 /// One LZF block with all values of the first field, then all of the second, and so on.
-fn compressed(body: &[u8], header: &Header, limits: &Limits) -> Result<Vec<Vec3>, FormatError> {
+fn compressed(body: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>, FormatError> {
     let damaged =
         |reason: &str| FormatError::Damaged { format: Format::Pcd, reason: reason.into() };
     let size = |at: usize| body.get(at..)?.first_chunk().map(|&b| u32::from_le_bytes(b) as usize);
@@ -76,7 +80,7 @@ fn compressed(body: &[u8], header: &Header, limits: &Limits) -> Result<Vec<Vec3>
     Ok(points)
 }
 
-fn ascii(bytes: &[u8], header: &Header, limits: &Limits) -> Result<Vec<Vec3>, FormatError> {
+fn ascii(bytes: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>, FormatError> {
     let mut words = Words::new(Format::Pcd, bytes, header.body);
     let per_point: usize = header.fields.iter().map(|f| f.count).sum();
     let available = (words.remaining() as u64).div_ceil(2 * per_point as u64);
@@ -86,6 +90,7 @@ fn ascii(bytes: &[u8], header: &Header, limits: &Limits) -> Result<Vec<Vec3>, Fo
         .map(|place| header.fields[..place].iter().map(|f| f.count).sum::<usize>());
     let mut points = Vec::with_capacity(count);
     while points.len() < count {
+        limits.check(points.len() as u64 + 1)?;
         let mut point = Vec3::zeros();
         for place in 0..per_point {
             let word = words.next().ok_or_else(|| truncated(header, points.len() as u64))?;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::formats::Limits;
 use crate::geometry::Grid;
 
 const HEADER: &str = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n\

@@ -1,4 +1,4 @@
-use super::super::{Format, FormatError, Limits, text::Words};
+use super::super::{Bounds, Format, FormatError, text::Words};
 use super::header::{Element, Header, Kind, Vertex};
 use crate::geometry::Vec3;
 
@@ -7,7 +7,7 @@ pub(super) fn read(
     bytes: &[u8],
     header: &Header,
     vertex: &Vertex,
-    limits: &Limits,
+    limits: &dyn Bounds,
 ) -> Result<Vec<Vec3>, FormatError> {
     let mut words = Words::new(Format::Ply, bytes, header.body);
     let element = &header.elements[vertex.element];
@@ -24,6 +24,7 @@ pub(super) fn read(
     limits.check(element.count)?;
     let mut points = Vec::with_capacity(element.count as usize);
     for _ in 0..element.count {
+        limits.check(points.len() as u64 + 1)?;
         let point = record(&mut words, element, vertex.coordinates)?;
         points.push(point.ok_or_else(|| truncated(points.len() as u64))?);
     }

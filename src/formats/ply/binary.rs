@@ -1,5 +1,5 @@
 use super::super::{
-    Format, FormatError, Limits,
+    Bounds, Format, FormatError,
     scalar::{Column, Endian, decode_records},
 };
 use super::header::{Element, Header, Kind, Vertex};
@@ -11,7 +11,7 @@ pub(super) fn read(
     header: &Header,
     vertex: &Vertex,
     endian: Endian,
-    limits: &Limits,
+    limits: &dyn Bounds,
 ) -> Result<Vec<Vec3>, FormatError> {
     let mut body = Body { rest: &bytes[header.body..], endian };
     let element = &header.elements[vertex.element];
@@ -34,7 +34,7 @@ fn fixed(
     element: &Element,
     vertex: &Vertex,
     stride: usize,
-    limits: &Limits,
+    limits: &dyn Bounds,
 ) -> Result<Vec<Vec3>, FormatError> {
     let available = (body.rest.len() / stride) as u64;
     if element.count > available {
@@ -61,7 +61,7 @@ fn varying(
     body: &mut Body,
     element: &Element,
     vertex: &Vertex,
-    limits: &Limits,
+    limits: &dyn Bounds,
 ) -> Result<Vec<Vec3>, FormatError> {
     let mut points = Vec::new();
     while (points.len() as u64) < element.count {

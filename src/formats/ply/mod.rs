@@ -9,14 +9,14 @@ mod header;
 
 use header::{Encoding, Header};
 
-use super::{FormatError, Limits};
+use super::{Bounds, FormatError};
 use crate::geometry::PointCloud;
 
 /// Reads the vertices of a PLY file in their order.
 ///
 /// Range grids keep that order too: `obj_info num_cols` and `num_rows` give the cloud its grid where
 /// they match the number of vertices, holes being vertices with NaN coordinates.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<PointCloud, FormatError> {
+pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let header = Header::parse(bytes)?;
     let vertex = header.vertex()?;
     let points = match header.encoding {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::formats::Format;
+use crate::formats::Limits;
 
 fn parse(bytes: &[u8]) -> Result<PointCloud, FormatError> {
     read(bytes, &Limits::default())

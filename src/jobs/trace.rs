@@ -1,0 +1,110 @@
+//! Spans for traces, apart from those of the log: they have the names of OpenTelemetry's conventions,
+//! and cost nothing where no collector is set.
+
+use std::collections::HashMap;
+
+use opentelemetry::{
+    Key, Value,
+    propagation::TextMapPropagator,
+    trace::{Status, TraceContextExt},
+};
+use opentelemetry_sdk::propagation::TraceContextPropagator;
+use tracing::{Instrument, Span};
+use tracing_opentelemetry::OpenTelemetrySpanExt;
+
+/// The target of every span that goes into traces and of nothing else.
+pub const TARGET: &str = "conicoid::trace";
+
+/// The W3C headers that carry a trace from its caller.
+pub const HEADERS: [&str; 2] = ["traceparent", "tracestate"];
+
+tokio::task_local! {
+    static SCOPE: Scope;
+}
+
+/// The spans of a request or a job: the log's, and the trace's.
+#[derive(Clone, Debug)]
+pub struct Scope {
+    log: Span,
+    trace: Span,
+}
+
+impl Scope {
+    /// The two spans of one request or job.
+    pub fn new(log: Span, trace: Span) -> Self {
+        Self { log, trace }
+    }
+
+    /// The scope that the current task works in.
+    pub fn current() -> Self {
+        SCOPE.try_with(Self::clone).unwrap_or_else(|_| Self::new(Span::none(), Span::none()))
+    }
+
+    /// Does `work` within both spans, on whichever thread this is.
+    pub fn enter<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.log.in_scope(|| self.trace.in_scope(work))
+    }
+
+    /// Lets `work` be done within both spans; says so where nobody waits for its end.
+    pub async fn cover<T>(self, work: impl Future<Output = T>) -> T {
+        let (log, trace) = (self.log.clone(), self.trace.clone());
+        let mut waiting = Waiting(Some(self.clone()));
+        let done = SCOPE.scope(self, work).instrument(trace).instrument(log).await;
+        waiting.0 = None;
+        done
+    }
+}
+
+/// Somebody waits for work within these spans, or has waited until it was done.
+struct Waiting(Option<Scope>);
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        if let Some(scope) = &self.0 {
+            fail(&scope.trace, "cancelled".to_owned());
+            scope.enter(|| tracing::info!("given up: the caller went away"));
+        }
+    }
+}
+
+/// A span around a request, within the trace its caller's headers name.
+pub fn server(log: &Span, name: &str, header: impl Fn(&str) -> Option<String>) -> Span {
+    let span = tracing::info_span!(target: TARGET, parent: log, "request", otel.name = name, otel.kind = "server");
+    if !span.is_disabled() {
+        let carried = HEADERS.into_iter().filter_map(|name| Some((name.to_owned(), header(name)?)));
+        let carried: HashMap<_, _> = carried.collect();
+        // where there is nothing to follow the span begins a trace
+        let _ = span.set_parent(TraceContextPropagator::new().extract(&carried));
+    }
+    span
+}
+
+/// A span around a job, which outlives the request it came by and is linked to it.
+pub fn job(log: &Span) -> Span {
+    let caller = Span::current();
+    let span = tracing::info_span!(target: TARGET, parent: log, "job", otel.kind = "consumer");
+    if !span.is_disabled() {
+        span.add_link(caller.context().span().span_context().clone());
+    }
+    span
+}
+
+/// A span around a step of the work.
+pub fn step(name: &str) -> Span {
+    tracing::info_span!(target: TARGET, "step", otel.name = name)
+}
+
+/// Says something of a span in its trace.
+pub fn set(span: &Span, name: impl Into<Key>, value: impl Into<Value>) {
+    if !span.is_disabled() {
+        span.set_attribute(name, value);
+    }
+}
+
+/// Marks a span as failed, with the kind of error.
+pub fn fail(span: &Span, error_type: String) {
+    if !span.is_disabled() {
+        span.set_attribute("error.type", error_type);
+        span.set_status(Status::error(""));
+    }
+}
