@@ -115,7 +115,7 @@ fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]
     }
     let mut own = points.to_vec();
     own.sort_unstable();
-    let same = |k: &usize| {
+    let mut same = |k: &usize| {
         let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.0)] as usize;
         grow(scene, walk, families, seed, MIN_SUPPORT).is_some_and(|other| {
             let common = other.support.iter().filter(|i| own.binary_search(i).is_ok()).count();
