@@ -10,6 +10,7 @@ mod hypothesis;
 mod joints;
 mod label;
 mod moves;
+mod nearest;
 mod noise;
 mod others;
 mod pieces;

@@ -1,15 +1,14 @@
 //! The points a discovery works on, with their neighbours, normals and noise.
 
-use std::num::NonZero;
-
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::SymmetricEigen;
 use rayon::prelude::*;
 
+pub use super::nearest::K;
+use super::nearest::{Runs, Search};
 use crate::geometry::{Mat3, Vec3};
 
-/// Neighbours kept for each point.
-pub const K: usize = 16;
+/// Points worked on at once; fixed, so that the result does not depend on the number of threads.
+const CHUNK: usize = 512;
 
 /// Distinct points in Morton order with the graph of their nearest neighbours.
 pub struct Scene {
@@ -28,40 +27,28 @@ pub struct Scene {
 impl Scene {
     /// Builds the graph and the normals. At least `K + 1` points.
     pub fn new(points: Vec<Vec3>) -> Self {
-        let raw: Vec<[f64; 3]> = points.iter().map(|p| (*p).into()).collect();
         let n = points.len();
         let mut neighbours = vec![0u32; n * K];
         let mut normals = vec![Vec3::z(); n];
         let mut roughness = vec![0f32; n];
         let mut fourth = vec![0f64; n];
-        let k = NonZero::new(K + 1).unwrap_or(NonZero::<usize>::MIN);
-        let tree: Option<ImmutableKdTree<f64, 3>> = ImmutableKdTree::new_from_slice(&raw).ok();
-        if let Some(tree) = tree {
-            neighbours
-                .par_chunks_mut(K)
-                .zip(normals.par_iter_mut())
-                .zip(roughness.par_iter_mut())
-                .zip(fourth.par_iter_mut())
-                .enumerate()
-                .with_min_len(256)
-                .for_each(|(i, (((out, normal), rough), fourth))| {
-                    let found = tree.query(&raw[i]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
-                    let mut m = 0;
-                    for f in &found {
-                        let j = f.item;
-                        if j as usize != i && m < K {
-                            out[m] = j;
-                            m += 1;
-                            if m == 4 {
-                                *fourth = f.distance.sqrt();
-                            }
-                        }
-                    }
-                    let (v, r) = normal_of(&points, i, out);
-                    *normal = v;
-                    *rough = r;
-                });
-        }
+        let runs = Runs::of(&points);
+        neighbours
+            .par_chunks_mut(K * CHUNK)
+            .zip(normals.par_chunks_mut(CHUNK))
+            .zip(roughness.par_chunks_mut(CHUNK))
+            .zip(fourth.par_chunks_mut(CHUNK))
+            .enumerate()
+            .for_each(|(c, (((neighbours, normals), roughness), fourth))| {
+                let mut search = Search::default();
+                for (k, out) in neighbours.chunks_mut(K).enumerate() {
+                    let i = c * CHUNK + k;
+                    let (near, sq) = runs.nearest(i, &mut search);
+                    out.copy_from_slice(&near);
+                    fourth[k] = sq.sqrt();
+                    (normals[k], roughness[k]) = normal_of(&points, i, out);
+                }
+            });
         let mid = n / 2;
         let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
         Self { points, normals, roughness, neighbours, spacing }
