@@ -58,7 +58,7 @@ impl Family {
             Self::Plane => 0.0,
             Self::Cylinder => 4.0,
             Self::Cone => 8.0,
-            Self::Sphere => 10.0,
+            Self::Sphere => 24.0,
             Self::Torus => 18.0,
             Self::EllipticCylinder => 40.0,
             Self::Ellipsoid => 60.0,

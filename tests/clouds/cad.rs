@@ -144,7 +144,7 @@ fn pockets(part: &mut Part, random: &mut Random) {
     fillet(part, at(64.0, 40.0, floor), Vec3::z(), 8.0, random.uniform(1.0, 2.0));
     drilled_hole(part, at(64.0, 40.0, height - 2.0), Vec3::z(), 3.0, 9.0);
     let slot = [[14.0, 30.0, -1.0], [26.0, 50.0, floor + 1.0]];
-    part.cut(Block::upright(slot[0], slot[1], 5.99));
+    part.cut(Block::upright(slot[0], slot[1], 6.0));
     for x in [10.0, 30.0] {
         hole(part, at(x, 15.0, floor), Vec3::z(), 2.2, floor + 0.5);
         hole(part, at(x, 65.0, floor), Vec3::z(), 2.2, floor + 0.5);
@@ -216,7 +216,7 @@ fn shaft(part: &mut Part, random: &mut Random) {
         center: at(position * 0.4, 0.0, 15.0),
         axes: [x, Vec3::y(), Vec3::z()],
         half: [9.0, 2.5, 4.5],
-        radius: 2.49,
+        radius: 2.5,
         upright: true,
     };
     part.cut(key);
@@ -277,7 +277,7 @@ fn lever(part: &mut Part, random: &mut Random) {
     hole(part, at(span, 0.0, 1.0 + tip), z, small - 4.0, 20.0);
     part.cut(Block::sharp([-2.5, 0.0, -1.0], [2.5, big - 5.0, 23.0]));
     let slot = [[span * 0.4, -3.0, 0.0], [span * 0.7, 3.0, 20.0]];
-    part.cut(Block::upright(slot[0], slot[1], 2.99));
+    part.cut(Block::upright(slot[0], slot[1], 3.0));
 }
 
 fn mould(part: &mut Part, random: &mut Random) {

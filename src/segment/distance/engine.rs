@@ -601,9 +601,10 @@ fn converge(
         monitor.check()?;
         let gone = super::moves::remove_needless(scene, model, families);
         let swapped = super::moves::swap_families(scene, model, families);
+        let broken = super::bridges::break_bridges(scene, model, families, MIN_NEW);
         model.merges += merge(scene, model, families);
         settle(scene, model, families.sigma, 8);
-        if gone + swapped == 0 {
+        if gone + swapped + broken == 0 {
             break;
         }
     }

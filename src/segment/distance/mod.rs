@@ -1,6 +1,7 @@
 //! The default method: hypotheses grown from local starts, chosen by description length, relabelled
 //! together, typed and fitted by orthogonal distance.
 
+mod bridges;
 mod constraints;
 mod engine;
 mod evidence;

@@ -52,28 +52,17 @@ pub fn remove_needless(scene: &Scene, model: &mut Model, families: &Families) ->
             keep[b] = false;
             continue;
         }
-        let mut rise = -(SURFACE + s.family.description_length(n));
-        let near = if elsewhere {
-            explaining(scene, model, &groups[b], b, &around[b], inverse)
-        } else {
-            around[b].clone()
-        };
-        let mut moved = Vec::with_capacity(n);
-        for &i in &groups[b] {
-            let p = &scene.points[i as usize];
-            let own = s.distance(p).powi(2) * inverse;
-            let other = near
-                .iter()
-                .filter(|&&a| keep[a])
-                .map(|&a| (model.shapes[a].distance(p).powi(2) * inverse, a as i32))
-                .fold((UNASSIGNED, -1), |m, c| if c.0 < m.0 { c } else { m });
-            rise += other.0 - own;
-            moved.push(other.1);
-            if rise > 0.0 && moved.len() > n / 2 {
-                break;
-            }
-        }
-        if rise < 0.0 && moved.len() == n {
+        let length = s.family.description_length(n);
+        let elsewhere =
+            if elsewhere { explaining(scene, model, &groups[b], b, inverse) } else { Vec::new() };
+        // A surface elsewhere must explain the region as well as its own does: what it saves is the
+        // parameters alone. Beside it a region may be a fragment of the labels' making.
+        let moved =
+            [(&around[b], SURFACE), (&elsewhere, 0.0)].into_iter().find_map(|(near, saved)| {
+                let kept = near.iter().copied().filter(|&a| keep[a]);
+                explained_by(scene, model, &groups[b], b, kept, length + saved, inverse)
+            });
+        if let Some(moved) = moved {
             keep[b] = false;
             for (&i, l) in groups[b].iter().zip(moved) {
                 model.labels[i as usize] = l;
@@ -85,24 +74,43 @@ pub fn remove_needless(scene: &Scene, model: &mut Model, families: &Families) ->
     gone
 }
 
-/// The regions that touch `b`, and those further off whose surface runs through most of its points.
-fn explaining(
+/// Labels for the points of region `b` from the regions `near`, where their surfaces explain them for less
+/// than its own and what is `saved` with it.
+fn explained_by(
     scene: &Scene,
     model: &Model,
     group: &[u32],
     b: usize,
-    around: &[usize],
+    near: impl Iterator<Item = usize> + Clone,
+    saved: f64,
     inverse: f64,
-) -> Vec<usize> {
+) -> Option<Vec<i32>> {
+    let mut rise = -saved;
+    let mut moved = Vec::with_capacity(group.len());
+    for &i in group {
+        let p = &scene.points[i as usize];
+        let own = model.shapes[b].distance(p).powi(2) * inverse;
+        let other = near
+            .clone()
+            .map(|a| (model.shapes[a].distance(p).powi(2) * inverse, a as i32))
+            .fold((UNASSIGNED, -1), |m, c| if c.0 < m.0 { c } else { m });
+        rise += other.0 - own;
+        moved.push(other.1);
+        if rise > 0.0 && moved.len() > group.len() / 2 {
+            return None;
+        }
+    }
+    (rise < 0.0).then_some(moved)
+}
+
+/// Other regions whose surface runs through most of `b`'s points.
+fn explaining(scene: &Scene, model: &Model, group: &[u32], b: usize, inverse: f64) -> Vec<usize> {
     let few = take(scene, group, 24);
     (0..model.shapes.len())
         .filter(|&a| {
-            a != b
-                && (around.contains(&a) || {
-                    let s = &model.shapes[a];
-                    let near = few.iter().filter(|p| s.distance(p).powi(2) * inverse < UNASSIGNED);
-                    near.count() * 2 > few.len()
-                })
+            let s = &model.shapes[a];
+            let near = few.iter().filter(|p| s.distance(p).powi(2) * inverse < UNASSIGNED);
+            a != b && near.count() * 2 > few.len()
         })
         .collect()
 }

@@ -1,0 +1,105 @@
+//! Curved surfaces that bridge planes.
+//!
+//! The chamfers of a plate are narrow, so a cone or a cylinder that touches each along a line lies within
+//! noise of all of them and costs fewer parameters than the planes do. A surface that is curved shows it in
+//! some connected piece of it.
+
+use rayon::prelude::*;
+
+use super::engine::{Model, take};
+use super::family::Families;
+use super::label::members;
+use super::scene::Scene;
+use super::union::Union;
+use crate::fit::least_squares::{Options, fit};
+use crate::fit::{Family, Shape, starts};
+use crate::geometry::Vec3;
+
+/// Normals of a surface at neighbouring points of one piece of it turn less than this (cosine).
+const SMOOTH: f64 = 0.9;
+/// Share of the region's points that its pieces must hold together.
+const MOST: f64 = 0.8;
+/// Points of a piece that a plane is fitted to.
+const SAMPLE: usize = 1000;
+
+/// Puts planes in the place of every curved surface that is curved in no connected piece of its region.
+/// Returns how many surfaces went.
+pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families, least: usize) -> usize {
+    let groups = members(&model.labels, model.shapes.len());
+    let broken: Vec<Option<Vec<(Shape, Vec<u32>)>>> = model
+        .shapes
+        .par_iter()
+        .zip(&groups)
+        .map(|(s, g)| planes_instead(scene, s, g, families, least))
+        .collect();
+    let mut count = 0;
+    for (region, planes) in broken.into_iter().enumerate() {
+        let Some(planes) = planes else { continue };
+        count += 1;
+        for &i in &groups[region] {
+            model.labels[i as usize] = -1;
+        }
+        for (k, (shape, piece)) in planes.into_iter().enumerate() {
+            let label = if k == 0 { region } else { model.shapes.len() };
+            if k == 0 {
+                model.shapes[region] = shape;
+            } else {
+                model.shapes.push(shape);
+            }
+            for i in piece {
+                model.labels[i as usize] = label as i32;
+            }
+        }
+    }
+    count
+}
+
+/// A plane for each large piece of a curved region, where all of them are flat and there are several.
+fn planes_instead(
+    scene: &Scene,
+    shape: &Shape,
+    group: &[u32],
+    families: &Families,
+    least: usize,
+) -> Option<Vec<(Shape, Vec<u32>)>> {
+    if shape.family == Family::Plane || group.len() < 2 * least {
+        return None;
+    }
+    let mut pieces = smooth_pieces(scene, shape, group);
+    pieces.retain(|p| p.len() >= least);
+    let held: usize = pieces.iter().map(Vec::len).sum();
+    if pieces.len() < 2 || (held as f64) < MOST * group.len() as f64 {
+        return None;
+    }
+    let sigma = families.sigma;
+    let options = Options { cauchy: Some(4.0 * sigma), steps: 10, tolerance: 1e-5 };
+    pieces
+        .into_iter()
+        .map(|piece| {
+            let points = take(scene, &piece, SAMPLE);
+            let plane = fit(&starts::plane(&points)?, &points, None, &options)?.shape;
+            let own = fit(shape, &points, None, &options).map_or(*shape, |f| f.shape);
+            let (flat, curved) = (families.score(plane, &points), families.score(own, &points));
+            (flat.bic < curved.bic).then_some((plane, piece))
+        })
+        .collect()
+}
+
+/// The pieces of a region over which its surface's normal turns steadily, larger ones first.
+fn smooth_pieces(scene: &Scene, shape: &Shape, group: &[u32]) -> Vec<Vec<u32>> {
+    let normals: Vec<Vec3> =
+        group.iter().map(|&i| shape.offset(&scene.points[i as usize]).normal).collect();
+    let mut union = Union::new(group.len());
+    for (k, &i) in group.iter().enumerate() {
+        for j in scene.neighbours(i as usize) {
+            // members rise
+            if let Ok(other) = group.binary_search(j)
+                && normals[k].dot(&normals[other]) > SMOOTH
+            {
+                union.join(k as u32, other as u32);
+            }
+        }
+    }
+    let places = |set: Vec<u32>| set.into_iter().map(|k| group[k as usize]).collect();
+    union.sets().into_iter().map(places).collect()
+}
