@@ -9,7 +9,7 @@ use super::scene::Scene;
 use super::select::select;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
-use crate::fit::{Family, Shape};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::random::SplitMix64;
 use crate::segment::{Cancelled, Monitor, Parameters, Stage};
@@ -399,9 +399,7 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                 }
             }
         }
-        let cost = |s: &Shape, p: &[Vec3]| -> f64 {
-            p.iter().map(|x| (s.distance(x).powi(2) * inverse).min(16.0)).sum()
-        };
+        let cost = |s: &Shape, p: &[Vec3]| -> f64 { Ruler::of(s).truncated(p, inverse, 16.0) };
         let mut found: Vec<(f64, usize, usize, Shape)> = pairs
             .par_iter()
             .filter_map(|&(a, b)| {
