@@ -43,6 +43,18 @@ impl Columns {
         out
     }
 
+    /// What the coordinates are relative to: after [`Self::centre`] the points' mean.
+    pub fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
+    /// At most about `limit` of the points, evenly, those of little weight left out.
+    pub fn thinned(&self, limit: usize) -> Vec<Vec3> {
+        let stride = self.count.div_ceil(limit).max(1);
+        let whole = (0..self.count).step_by(stride).filter(|&i| self.weight[i] > 0.5);
+        whole.map(|i| self.origin + Vec3::new(self.x[i], self.y[i], self.z[i])).collect()
+    }
+
     /// Takes all points out; the columns' memory is used again.
     pub fn clear(&mut self) {
         for column in [&mut self.x, &mut self.y, &mut self.z, &mut self.weight] {

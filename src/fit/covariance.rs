@@ -58,6 +58,12 @@ impl Spread {
         inverse * (sigma * sigma * inflation / share)
     }
 
+    /// How many times more than independent residuals of deviation `sigma` would, the residuals shake the
+    /// parameters, where each of the points stands for `share` like it; at least 1.
+    pub fn inflation(&self, sigma: f64, share: f64) -> f64 {
+        1.0 + share * self.correlation(&inverse(&self.information), sigma)
+    }
+
     /// How much more than independent residuals would, runs of residuals shake the parameters: the mean
     /// over the degrees of freedom of the variance from sums over runs (White's and Liang and Zeger's
     /// sandwich) over sigma2 (J'J)^-1, less 1; the largest over lengths of runs, 0 where it may be chance.

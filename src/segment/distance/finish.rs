@@ -8,14 +8,18 @@ use super::engine::Model;
 use super::label::{MOST, candidates, energies};
 use super::scene::Scene;
 use super::spread::{Labelled, Share, posterior};
-use crate::fit::least_squares::{Columns, Normal, Options, fit_columns, squares};
-use crate::fit::{Family, Shape};
+use crate::fit::least_squares::{Columns, Fitted, Normal, Options, fit_columns, squares};
+use crate::fit::{Family, Shape, Spread};
 use crate::geometry::Vec3;
 
 /// Points of a region that its last iterated fit looks at; one step on all points follows.
 const SAMPLE: usize = 20_000;
+/// Points of a region that the correlation of its residuals is judged by.
+const INFLATION_SAMPLE: usize = 6_000;
 /// Points summed at once; fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 4096;
+/// Cauchy's constant for residuals with a form error, in sigmas.
+const CAUCHY: f64 = 2.0;
 
 /// Fits every surface to all its points.
 ///
@@ -24,14 +28,20 @@ const CHUNK: usize = 4096;
 /// most of what is known about it. The fit iterates on a sample, then takes one Gauss-Newton step
 /// on all points, which is as good as iterating on all: the sample's fit is within a few sigmas over the
 /// root of its size of the end, and the step squares that.
-pub fn finish(points: &[Vec3], labelled: &Labelled, shapes: &mut [Shape], sigma: f64) {
-    let inverse = 1.0 / (sigma * sigma);
+///
+/// Where surfaces have a form error, outliers of it are weighed down instead, and there is no such step.
+pub fn finish(points: &[Vec3], labelled: &Labelled, model: &mut Model, sigma: f64) {
+    let cauchy = model.form_error.then_some(CAUCHY * sigma);
+    let shapes = &mut model.shapes[..];
     let mut samples = samples(points, labelled, shapes.len());
     shapes.par_iter_mut().zip(&mut samples).for_each(|(s, (points, total))| {
         points.fill_up();
         points.centre();
-        *s = simplest(s, points, *total, inverse);
+        *s = simplest(s, points, *total, sigma, cauchy);
     });
+    if model.form_error {
+        return;
+    }
     let sums = normal_equations(points, labelled, shapes);
     for ((s, n), (sample, _)) in shapes.iter_mut().zip(&sums).zip(&samples) {
         // What hardly shows in the points (the far axis of a short arc) can step far: a step that
@@ -126,36 +136,50 @@ fn by_region(points: &[Vec3], labelled: &Labelled, range: Range<usize>) -> Vec<(
 
 /// The shape fitted to weighted points, or a simpler family nested in its own where that one's
 /// description length is less. `total` is the weight of all points of which these are a sample.
-fn simplest(shape: &Shape, points: &Columns, total: f64, inverse: f64) -> Shape {
-    let o = Options { cauchy: None, steps: 6, tolerance: 1e-7 };
-    let fitted = |s: &Shape, steps| {
-        let f = fit_columns(s, points, &Options { steps, ..o })?;
-        let length = f.shape.family.description_length(total as usize);
-        Some((f.mean_sq * total * inverse + length, f.shape))
+///
+/// Where residuals are correlated, a form error lets a richer family gain that many times more than noise
+/// would: the gain is divided by it.
+fn simplest(shape: &Shape, points: &Columns, total: f64, sigma: f64, cauchy: Option<f64>) -> Shape {
+    let o = Options { cauchy, steps: 6, tolerance: 1e-7 };
+    let fitted = |s: &Shape, steps| fit_columns(s, points, &Options { steps, ..o });
+    let Some(f) = fitted(shape, o.steps) else { return *shape };
+    let simpler = nested(&f.shape, &points.origin());
+    if simpler.is_empty() {
+        return f.shape;
+    }
+    let sample = points.thinned(INFLATION_SAMPLE);
+    let share = (total / sample.len().max(1) as f64).max(1.0);
+    let inflation = Spread::of(&f.shape, &sample).inflation(sigma, share);
+    let length = |f: &Fitted| {
+        let chi2 = f.mean_sq * total / (sigma * sigma);
+        chi2 / inflation + f.shape.family.description_length(total as usize)
     };
-    let Some(mut best) = fitted(shape, o.steps) else { return *shape };
-    for s in nested(&best.1) {
+    let mut best = f;
+    for s in simpler {
         if let Some(f) = fitted(&s, 15)
-            && f.0 < best.0
+            && length(&f) < length(&best)
         {
             best = f;
         }
     }
-    best.1
+    best.shape
 }
 
-/// Simpler shapes near this one, for a start.
-fn nested(s: &Shape) -> Vec<Shape> {
+/// Simpler shapes near this one where its points lie, for a start.
+fn nested(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
     let [a, b, c] = s.size;
+    let o = s.offset(centroid);
+    let plane = || {
+        let foot = centroid - o.normal * o.distance;
+        Shape::with_axis(Family::Plane, foot, o.normal, [0.0; 3])
+    };
+    let round = |family, radius| Shape { family, size: [radius, 0.0, 0.0], ..*s };
     match s.family {
-        Family::Cone => vec![Shape { family: Family::Cylinder, size: [a.abs(), 0.0, 0.0], ..*s }],
-        Family::EllipticCylinder => {
-            vec![Shape { family: Family::Cylinder, size: [(a * b).sqrt(), 0.0, 0.0], ..*s }]
-        }
-        Family::Ellipsoid => {
-            vec![Shape { family: Family::Sphere, size: [(a * b * c).cbrt(), 0.0, 0.0], ..*s }]
-        }
-        _ => Vec::new(),
+        Family::Cylinder | Family::Sphere => vec![plane()],
+        Family::Cone => vec![round(Family::Cylinder, a.abs()), plane()],
+        Family::EllipticCylinder => vec![round(Family::Cylinder, (a * b).sqrt()), plane()],
+        Family::Ellipsoid => vec![round(Family::Sphere, (a * b * c).cbrt())],
+        Family::Plane | Family::Torus => Vec::new(),
     }
 }
 

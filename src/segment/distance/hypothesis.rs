@@ -20,13 +20,9 @@ pub struct Hypothesis {
     pub support: Vec<u32>,
     /// How far its residuals are from independent noise, see [`correlation`].
     pub correlation: f64,
-}
-
-impl Hypothesis {
-    /// Whether its residuals are correlated beyond what chance gives for so many points.
-    pub fn is_correlated(&self) -> bool {
-        correlated(self.correlation, self.support.len())
-    }
+    /// Whether it may be a surface: its residuals are not correlated beyond chance, or it is the same
+    /// wherever growth starts. Others compete for points only.
+    pub sound: bool,
 }
 
 /// Whether a correlation of residuals is more than chance gives for `n` points.
@@ -256,6 +252,7 @@ fn grow_from(
     good.map(|(shape, support)| {
         walk.run(scene, &support, support.len(), |from, _| from.is_none());
         let correlation = correlation(scene, &shape, &support, sigma, |j| walk.contains(j));
-        Hypothesis { shape, support, correlation }
+        let sound = !correlated(correlation, support.len());
+        Hypothesis { shape, support, correlation, sound }
     })
 }

@@ -7,9 +7,11 @@ mod engine;
 mod evidence;
 mod family;
 mod finish;
+mod form;
 mod hypothesis;
 mod joints;
 mod label;
+mod merge;
 mod moves;
 mod nearest;
 mod noise;
@@ -18,6 +20,7 @@ mod pieces;
 mod reasons;
 mod report;
 mod scene;
+mod search;
 mod select;
 mod spread;
 mod uncertainty;
@@ -87,12 +90,17 @@ fn find(
     let Discovery { scene, mut model, sigma, noise } = discovery;
     let labelled = labelled.unwrap_or_else(|| label_all(&points, &scene, &model, sigma));
     if parameters.refine {
-        finish::finish(&points, &labelled, &mut model.shapes, sigma);
+        finish::finish(&points, &labelled, &mut model, sigma);
     }
     let (trials, merges) = (model.trials, model.merges);
     let counters =
         Counters { trials: trials.0, failed_trials: trials.1, merges, ..Counters::default() };
-    let (shapes, labels) = (model.shapes, labelled.labels);
+    let (shapes, mut labels) = (model.shapes, labelled.labels);
+    for l in &mut labels {
+        if *l >= 0 && model.spurious.get(*l as usize).is_some_and(|s| *s) {
+            *l = -1;
+        }
+    }
     Ok(Found { points, centre, places, shapes, labels, noise, scene, counters })
 }
 
@@ -193,6 +201,10 @@ fn label_if_enough(
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Option<spread::Labelled>, SegmentError> {
+    if found.model.form_error {
+        // More points tell no more about surfaces that are off by more than the noise.
+        return Ok(Some(label_all(points, &found.scene, &found.model, found.sigma)));
+    }
     let sizes = label::members(&found.model.labels, found.model.shapes.len());
     if sizes.iter().any(|g| g.len() < DENSE_ENOUGH) {
         return Ok(None);

@@ -8,6 +8,11 @@ use crate::geometry::{Vec3, perpendicular_frame};
 
 /// Most neighbourhoods looked at.
 const SAMPLE: usize = 6000;
+/// A coordinate that comes in steps has at least this many, with this many points each.
+const LEAST_STEPS: usize = 50;
+const POINTS_A_STEP: usize = 20;
+/// Median roughness above which points fill a volume (1/3 in an even filling).
+pub const VOLUME: f32 = 0.12;
 /// The 25 % quantile of chi2 with 10 degrees of freedom, over 10.
 const CHI2_10_QUARTER: f64 = 0.6737;
 
@@ -18,17 +23,40 @@ const CHI2_10_QUARTER: f64 = 0.6737;
 /// the cloud.
 ///
 /// On thin sheets, where a neighbourhood mixes both sides, quadrics read the wall for noise: a robust
-/// plane through part of the neighbourhood is tried as well, and believed when it is four times smaller.
+/// plane through part of the neighbourhood is tried as well, and believed when it is four times smaller. Not
+/// where depths are whole steps of an instrument: a robust plane sees one step and nothing else.
 pub fn estimate(scene: &Scene) -> f64 {
     let smooth = smooth_estimate(scene);
     let robust = robust_estimate(scene);
-    if robust * 4.0 < smooth { robust } else { smooth }
+    if robust * 4.0 < smooth && !comes_in_steps(scene, smooth) { robust } else { smooth }
 }
 
-/// Whether the points fill a volume: their noise is a good part of their spacing, and grows with it
-/// when the cloud is thinned, as no noise of a surface does.
+/// Whether one coordinate takes few values (many points for each of many), an even step apart that is about
+/// what `scatter` comes to.
+fn comes_in_steps(scene: &Scene, scatter: f64) -> bool {
+    (0..3).any(|k| {
+        let mut values: Vec<f64> = scene.points.iter().map(|p| p[k]).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let mut steps: Vec<f64> =
+            values.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 1e-6 * scatter).collect();
+        if steps.len() < LEAST_STEPS || steps.len() * POINTS_A_STEP > values.len() {
+            return false;
+        }
+        let mid = steps.len() / 2;
+        let step = *steps.select_nth_unstable_by(mid, f64::total_cmp).1;
+        (0.05..2.0).contains(&(scatter / step))
+    })
+}
+
+/// Whether the points fill a volume: neighbourhoods are as thick as wide, and the noise, a good part of the
+/// spacing, grows with it when the cloud is thinned, as no noise of a surface does.
 pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
     if sigma < 0.15 * scene.spacing || scene.len() < 8 * 4 * K {
+        return false;
+    }
+    let mut rough = scene.roughness.clone();
+    let mid = rough.len() / 2;
+    if *rough.select_nth_unstable_by(mid, f32::total_cmp).1 < VOLUME {
         return false;
     }
     let thin = Scene::new(scene.points.iter().step_by(8).copied().collect());

@@ -44,9 +44,9 @@ pub fn select(
         if new >= min_new { sum - cost } else { f64::NEG_INFINITY }
     };
     // Gains only fall as points are taken, so an old gain is an upper bound.
-    // Hypotheses with correlated residuals bridge several surfaces: they come after all others.
+    // Unsound hypotheses bridge several surfaces: they come after all others.
     let mut bound: Vec<(bool, f64, usize)> = (0..hypotheses.len())
-        .map(|k| (hypotheses[k].is_correlated(), gain(k, &labels), k))
+        .map(|k| (!hypotheses[k].sound, gain(k, &labels), k))
         .filter(|g| g.1 > 0.0)
         .collect();
     let mut chosen = Vec::new();

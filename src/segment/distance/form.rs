@@ -1,0 +1,143 @@
+//! Form error: surfaces that are not quite what they should be, and scenes that hold none.
+//!
+//! Residuals of neighbours that go together say that a hypothesis is a piece of some other form: a freeform,
+//! or a true surface with a form error above the noise. What tells them apart is where growth ends: on a true
+//! surface hypotheses become the same wherever they start; on freeform each slides to where its
+//! seed lay.
+
+use rayon::prelude::*;
+
+use super::family::Families;
+use super::hypothesis::{Hypothesis, Walk, grow};
+use super::label::members;
+use super::scene::Scene;
+use super::search::{MIN_SUPPORT, hypothesise};
+use crate::segment::{Cancelled, Monitor};
+
+/// Hypotheses after which the form of a scene is first judged.
+const FORM_SAMPLE: usize = 16;
+/// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
+const CORRELATED: f64 = 0.1;
+/// Multiples of sigma at which surfaces with a form error are looked for.
+const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// Seeds that a level is judged by.
+const LOOK: usize = 24;
+/// The largest hypotheses of a level that it is judged by.
+const JUDGED: usize = 8;
+/// Growths from elsewhere in a hypothesis, and how many of them must end up the same.
+const REGROWN: (usize, usize) = (5, 3);
+/// Common share of two supports that are the same.
+const SAME: f64 = 0.75;
+
+/// Share of the grown points that lie in hypotheses with correlated residuals.
+fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
+    let all: usize = hypotheses.iter().map(|h| h.support.len()).sum();
+    let bad = hypotheses.iter().filter(|h| h.correlation > CORRELATED);
+    bad.map(|h| h.support.len()).sum::<usize>() as f64 / all.max(1) as f64
+}
+
+/// The hypotheses of a scene, and whether its surfaces have a form error, of which the families' sigma
+/// takes account then.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn hypotheses(
+    scene: &Scene,
+    families: &mut Families,
+    seed: u64,
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<(Vec<Hypothesis>, bool), Cancelled> {
+    let doubtful = |found: &[Hypothesis]| correlated_share(found) > 0.5;
+    let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && doubtful(found);
+    let first = hypothesise(scene, families, usize::MAX, seed, trials, early, monitor)?;
+    if !doubtful(&first) {
+        return Ok((first, false));
+    }
+    let whole = |_: &[Hypothesis]| false;
+    let mut levels = Vec::new();
+    for level in LEVELS {
+        let looser = Families { sigma: families.sigma * level, ..families.clone() };
+        let found = hypothesise(scene, &looser, LOOK, seed, trials, whole, monitor)?;
+        let (covered, share) = coverage(scene, &looser, found);
+        if share > 0.5 {
+            levels.push((covered, looser));
+        }
+    }
+    let most = levels.iter().map(|l| l.0).max().unwrap_or(0);
+    // The smallest sigma that sees nearly as much as any.
+    if let Some((_, looser)) = levels.into_iter().find(|l| l.0 * 5 >= most * 4) {
+        *families = looser;
+        let all = hypothesise(scene, families, usize::MAX, seed, trials, whole, monitor)?;
+        return Ok((judged(scene, families, all), true));
+    }
+    Ok((standing_out(first), true))
+}
+
+/// Points that lie in sound hypotheses among the largest, and their share of what those cover.
+fn coverage(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> (usize, f64) {
+    found.sort_by_key(|h| std::cmp::Reverse(h.support.len()));
+    found.truncate(JUDGED);
+    let points = |found: &[Hypothesis]| {
+        let mut all: Vec<u32> = found.iter().flat_map(|h| h.support.iter().copied()).collect();
+        all.sort_unstable();
+        all.dedup();
+        all.len()
+    };
+    let all = points(&found);
+    let mut good = judged(scene, families, found);
+    good.retain(|h| h.sound);
+    let good = points(&good);
+    (good, good as f64 / all.max(1) as f64)
+}
+
+/// The hypotheses, those sound that are the same wherever they start.
+fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    found.par_iter_mut().for_each_init(
+        || Walk::new(scene.len()),
+        |walk, h| h.sound = is_stable(scene, walk, families, &h.support),
+    );
+    found
+}
+
+/// The regions of a scene with form errors that are no surfaces: growth from elsewhere in them ends
+/// elsewhere. They keep their points from flowing to their neighbours, and are not reported.
+pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
+    members(labels, regions)
+        .par_iter()
+        .map_init(
+            || Walk::new(scene.len()),
+            |walk, region| !is_stable(scene, walk, families, region),
+        )
+        .collect()
+}
+
+/// Whether most growths from elsewhere in a set of points end up with the same points.
+fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]) -> bool {
+    if points.len() < REGROWN.0 {
+        return false;
+    }
+    let mut own = points.to_vec();
+    own.sort_unstable();
+    let same = |k: &usize| {
+        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.0)] as usize;
+        grow(scene, walk, families, seed, MIN_SUPPORT).is_some_and(|other| {
+            let common = other.support.iter().filter(|i| own.binary_search(i).is_ok()).count();
+            common as f64 > SAME * (own.len() + other.support.len() - common) as f64
+        })
+    };
+    (0..REGROWN.0).filter(same).count() >= REGROWN.1
+}
+
+/// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger
+/// than the patches that the form breaks into.
+fn standing_out(hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    let mut patches: Vec<usize> =
+        hypotheses.iter().filter(|h| h.correlation > CORRELATED).map(|h| h.support.len()).collect();
+    patches.sort_unstable();
+    let typical = patches.get(patches.len() / 2).copied().unwrap_or(0);
+    hypotheses
+        .into_iter()
+        .filter(|h| h.correlation <= 0.5 * CORRELATED && h.support.len() > 3 * typical)
+        .collect()
+}

@@ -1,0 +1,125 @@
+//! Joining regions that are one surface.
+
+use rayon::prelude::*;
+
+use super::engine::{Model, borders, retain, take};
+use super::family::Families;
+use super::label::members;
+use super::scene::Scene;
+use crate::fit::least_squares::{Options, fit};
+use crate::fit::{Family, Ruler, Shape};
+use crate::geometry::Vec3;
+
+/// Points of each region that a joint fit looks at: too few cannot tell apart two large planes a
+/// sigma from each other.
+const MERGE_SAMPLE: usize = 1500;
+/// Mean truncated chi2 above which a surface does not describe a set of points.
+pub const SOUND: f64 = 3.0;
+
+/// Joins pairs of regions whose joint fit costs less description length: pairs of one family
+/// wherever they lie, and neighbours of unlike families under either one's.
+pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
+    if !families.policy.merge {
+        return 0;
+    }
+    let sigma = families.sigma;
+    let inverse = 1.0 / (sigma * sigma);
+    let mut merges = 0;
+    loop {
+        let groups = members(&model.labels, model.shapes.len());
+        let samples: Vec<Vec<Vec3>> = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
+        let m = model.shapes.len();
+        let touching = borders(scene, &model.labels);
+        let mut pairs = Vec::new();
+        for a in 0..m {
+            for b in a + 1..m {
+                if samples[a].is_empty() || samples[b].is_empty() {
+                    continue;
+                }
+                if model.shapes[a].family == model.shapes[b].family
+                    || touching.contains_key(&(a, b))
+                {
+                    pairs.push((a, b));
+                }
+            }
+        }
+        let cost = |s: &Shape, p: &[Vec3]| -> f64 { Ruler::of(s).truncated(p, inverse, 16.0) };
+        let mut found: Vec<(f64, usize, usize, Shape)> = pairs
+            .par_iter()
+            .filter_map(|&(a, b)| {
+                let (sa, sb) = (&model.shapes[a], &model.shapes[b]);
+                if sa.family == sb.family && !could_be_one(sa, sb, &samples[a], &samples[b]) {
+                    return None;
+                }
+                let points: Vec<Vec3> = samples[a].iter().chain(&samples[b]).copied().collect();
+                let length = |s: &Shape| s.family.description_length(points.len());
+                let apart = cost(sa, &samples[a]) + cost(sb, &samples[b]) + length(sa) + length(sb);
+                let mut best: Option<(f64, Shape)> = None;
+                for s in [sa, sb] {
+                    // A surface that misses most of the other's points is no start for both.
+                    let other = if std::ptr::eq(s, sa) { &samples[b] } else { &samples[a] };
+                    if sa.family != sb.family && cost(s, other) > 8.0 * other.len() as f64 {
+                        continue;
+                    }
+                    let o = Options { cauchy: Some(4.0 * sigma), steps: 20, tolerance: 1e-4 };
+                    let Some(f) = fit(s, &points, None, &o) else { continue };
+                    // Both halves must lie on it: a region whose own surface is poor saves nothing.
+                    let (ca, cb) = (cost(&f.shape, &samples[a]), cost(&f.shape, &samples[b]));
+                    if ca > SOUND * samples[a].len() as f64 || cb > SOUND * samples[b].len() as f64
+                    {
+                        continue;
+                    }
+                    let c = ca + cb + length(s);
+                    if best.is_none_or(|b| c < b.0) {
+                        best = Some((c, f.shape));
+                    }
+                }
+                let (joint, shape) = best?;
+                (joint < apart).then_some((joint - apart, a, b, shape))
+            })
+            .collect();
+        found.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let mut used = vec![false; m];
+        let mut keep = vec![true; m];
+        for (_, a, b, shape) in found {
+            if used[a] || used[b] {
+                continue;
+            }
+            used[a] = true;
+            used[b] = true;
+            keep[b] = false;
+            model.shapes[a] = shape;
+            for l in &mut model.labels {
+                if *l == b as i32 {
+                    *l = a as i32;
+                }
+            }
+            merges += 1;
+        }
+        if !retain(model, &keep) {
+            return merges;
+        }
+    }
+}
+
+/// A cheap look before the joint fit: whether sizes and directions are near enough to try.
+fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
+    let reach = |p: &[Vec3]| {
+        let c = p.iter().sum::<Vec3>() / p.len().max(1) as f64;
+        p.iter().map(|x| (x - c).norm()).fold(0.0, f64::max)
+    };
+    let size = reach(pa).max(reach(pb));
+    let worst = |s: &Shape, p: &[Vec3]| {
+        let mut d: Vec<f64> = p.iter().map(|x| s.distance(x).abs()).collect();
+        let k = d.len() / 2;
+        if d.is_empty() {
+            // a region may have lost its last points to its neighbours
+            return f64::INFINITY;
+        }
+        *d.select_nth_unstable_by(k, f64::total_cmp).1
+    };
+    worst(a, pb).min(worst(b, pa)) < 0.1 * size && {
+        let axial = a.family != Family::Sphere && a.family != Family::Ellipsoid;
+        !axial || a.w().dot(&b.w()).abs() > 0.9
+    }
+}

@@ -1,0 +1,109 @@
+//! Growing hypotheses all over a scene.
+
+use rayon::prelude::*;
+
+use super::family::Families;
+use super::hypothesis::{Hypothesis, Walk, grow};
+use super::scene::Scene;
+use crate::segment::random::SplitMix64;
+use crate::segment::{Cancelled, Monitor};
+
+/// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
+const BATCH: usize = 8;
+/// The search ends when this many draws of seeds together
+const LOOK_BACK: usize = 32;
+/// cover fewer new points a seed than this: what is left is noise, freeform or clutter.
+const LEAST_YIELD: usize = 2;
+/// Points a hypothesis needs to be kept.
+pub const MIN_SUPPORT: usize = 30;
+
+/// Grows hypotheses until every point is covered or has been tried, `most` seeds were tried or what was found
+/// so far is `enough`. In the order of their seeds.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn hypothesise(
+    scene: &Scene,
+    families: &Families,
+    most: usize,
+    seed: u64,
+    trials: &mut (usize, usize),
+    enough: impl Fn(&[Hypothesis]) -> bool,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Hypothesis>, Cancelled> {
+    let before = trials.0;
+    let n = scene.len();
+    let mut covered = vec![false; n];
+    let mut random = SplitMix64::new(seed);
+    let mut out: Vec<Hypothesis> = Vec::new();
+    let mut failures_in_a_row = 0;
+    let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(n)).collect();
+    let mut tried = vec![false; n];
+    let mut yields = std::collections::VecDeque::new();
+    while failures_in_a_row < families.policy.failures * BATCH && trials.0 - before < most {
+        monitor.check()?;
+        let mut pool: Vec<u32> = (0..n as u32)
+            .filter(|&i| {
+                let i = i as usize;
+                !covered[i] && !tried[i] && {
+                    let free =
+                        scene.neighbours(i).iter().filter(|&&j| !covered[j as usize]).count();
+                    free * 2 >= super::scene::K
+                }
+            })
+            .collect();
+        if pool.len() < 8 {
+            break;
+        }
+        let mut seeds = Vec::new();
+        for _ in 0..BATCH.min(1 + pool.len() / 40) {
+            // The smoothest of a few: interiors before edges, yet a tight arc has its turn.
+            let pick = (0..8)
+                .map(|_| random.below(pool.len()))
+                .min_by(|&a, &b| {
+                    scene.roughness[pool[a] as usize].total_cmp(&scene.roughness[pool[b] as usize])
+                })
+                .unwrap_or(0);
+            seeds.push(pool.swap_remove(pick) as usize);
+        }
+        let grown: Vec<Option<Hypothesis>> = seeds
+            .par_iter()
+            .zip(walks.par_iter_mut())
+            .map(|(&s, walk)| grow(scene, walk, families, s, MIN_SUPPORT))
+            .collect();
+        let mut newly = 0;
+        for (&s, h) in seeds.iter().zip(grown) {
+            trials.0 += 1;
+            tried[s] = true;
+            for &j in scene.neighbours(s) {
+                tried[j as usize] = true;
+            }
+            let Some(h) = h else {
+                trials.1 += 1;
+                failures_in_a_row += 1;
+                continue;
+            };
+            failures_in_a_row = 0;
+            let limit = 2.5 * families.sigma;
+            for &j in &h.support {
+                if h.shape.distance(&scene.points[j as usize]).abs() < limit {
+                    newly += usize::from(!covered[j as usize]);
+                    covered[j as usize] = true;
+                }
+            }
+            out.push(h);
+        }
+        yields.push_back((seeds.len(), newly));
+        if yields.len() > LOOK_BACK {
+            yields.pop_front();
+            let (tried, gained) = yields.iter().fold((0, 0), |s, y| (s.0 + y.0, s.1 + y.1));
+            if gained < tried * LEAST_YIELD {
+                break;
+            }
+        }
+        if enough(&out) {
+            break;
+        }
+    }
+    Ok(out)
+}
