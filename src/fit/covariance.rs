@@ -1,10 +1,10 @@
 //! How exactly a fit is known.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::columns::Columns;
 use super::normal::Normal;
-use super::shape::Shape;
+use super::shape::{MAX_DOF, Shape};
 use crate::geometry::Vec3;
 
 /// Combinations of freedoms that the points tell worse than this share of the best count as known that
@@ -21,7 +21,7 @@ const SURE: f64 = 3.0;
 /// derivatives of the distances r by the degrees of freedom.
 pub struct Spread {
     information: DMatrix<f64>,
-    gradients: Vec<DVector<f64>>,
+    gradients: Vec<[f64; MAX_DOF]>,
 }
 
 impl Spread {
@@ -41,7 +41,7 @@ impl Spread {
                     information[(a, b)] += sums.jj[a][b];
                 }
             }
-            DVector::from_column_slice(&sums.jr[..p])
+            sums.jr
         };
         let run = points.len().div_ceil(BLOCKS).max(1);
         let gradients = points.chunks(run).map(&mut gradient).collect();
@@ -70,17 +70,24 @@ impl Spread {
     ///
     /// Form error is the same for all points nearby, and more points do not average it out.
     fn correlation(&self, inverse: &DMatrix<f64>, sigma: f64) -> f64 {
-        let p = inverse.nrows() as f64;
+        let p = inverse.nrows();
+        // g' (J'J)^-1 g
+        let square = |g: &[f64; MAX_DOF]| {
+            let row = |a: usize| (0..p).map(|b| inverse[(a, b)] * g[b]).sum::<f64>();
+            (0..p).map(|a| g[a] * row(a)).sum::<f64>()
+        };
+        let add =
+            |pair: &[[f64; MAX_DOF]]| std::array::from_fn(|a| pair.iter().map(|g| g[a]).sum());
         let mut runs = self.gradients.clone();
         let mut most = 0.0_f64;
         while runs.len() >= LEAST_BLOCKS {
             let m = runs.len() as f64;
-            let sum: f64 = runs.iter().map(|g| (inverse * g).dot(g)).sum();
-            let excess = sum * m / (m - 1.0) / (p * sigma * sigma) - 1.0;
-            if excess > SURE * (2.0 / (m * p)).sqrt() {
+            let sum: f64 = runs.iter().map(square).sum();
+            let excess = sum * m / (m - 1.0) / (p as f64 * sigma * sigma) - 1.0;
+            if excess > SURE * (2.0 / (m * p as f64)).sqrt() {
                 most = most.max(excess);
             }
-            runs = runs.chunks(2).map(|pair| pair.iter().sum()).collect();
+            runs = runs.chunks(2).map(add).collect();
         }
         most
     }
@@ -101,7 +108,7 @@ fn inverse(a: &DMatrix<f64>) -> DMatrix<f64> {
 mod tests {
     use super::super::fits::Random;
     use super::super::least_squares::{Options, fit};
-    use super::super::shape::{Family, MAX_DOF};
+    use super::super::shape::Family;
     use super::*;
 
     fn tube() -> Shape {

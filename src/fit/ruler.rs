@@ -90,6 +90,13 @@ impl Ruler {
         distances(self, points, out);
     }
 
+    /// Sum of min(d2 `inverse`, `cut`) over `points`.
+    pub fn truncated(&self, points: &[Vec3], inverse: f64, cut: f64) -> f64 {
+        let mut sum = 0.0;
+        self.for_each(points, |d| sum += (d * d * inverse).min(cut));
+        sum
+    }
+
     /// Gives the distances from `points`, in turn, to `each`.
     pub fn for_each(&self, points: &[Vec3], mut each: impl FnMut(f64)) {
         let mut some = [0.0; 256];

@@ -22,11 +22,14 @@ const MOST: f64 = 0.8;
 /// Points of a piece that a plane is fitted to.
 const SAMPLE: usize = 1000;
 
+/// A plane and its points.
+type Piece = (Shape, Vec<u32>);
+
 /// Puts planes in the place of every curved surface that is curved in no connected piece of its region.
 /// Returns how many surfaces went.
 pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families, least: usize) -> usize {
     let groups = members(&model.labels, model.shapes.len());
-    let broken: Vec<Option<Vec<(Shape, Vec<u32>)>>> = model
+    let broken: Vec<Option<Vec<Piece>>> = model
         .shapes
         .par_iter()
         .zip(&groups)
@@ -61,7 +64,7 @@ fn planes_instead(
     group: &[u32],
     families: &Families,
     least: usize,
-) -> Option<Vec<(Shape, Vec<u32>)>> {
+) -> Option<Vec<Piece>> {
     if shape.family == Family::Plane || group.len() < 2 * least {
         return None;
     }

@@ -6,20 +6,18 @@ use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::{Evidence, Parameters};
 
-/// Points of a region that the other families are fitted to, evenly taken.
-const SAMPLE: usize = 400;
+/// Points of a region that are worth fitting other families to.
+pub const SAMPLE: usize = 400;
 
-/// The runner-up among the reported types and its margin, on at most 400 of the region's `points`, whose
+/// The runner-up among the reported types and its margin, on a few `points` of the region, whose
 /// distances from `shape` scatter by `sigma`.
 ///
 /// The criterion is the one types are chosen by: sum of min(r2 / sigma2, 16), and the description length.
 /// More points of the same kind only widen the margin over a type that does not fit. Negative where the
 /// neighbours' points, not these, decided the type. `None` where no other family can be fitted.
 pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> {
-    let m = points.len().min(SAMPLE);
-    let sample: Vec<Vec3> = (0..m).map(|k| points[k * points.len() / m]).collect();
     // The surface's own normals are better than any estimated from neighbours.
-    let normals: Vec<Vec3> = sample.iter().map(|p| shape.offset(p).normal).collect();
+    let normals: Vec<Vec3> = points.iter().map(|p| shape.offset(p).normal).collect();
     let others = Family::ALL.into_iter().filter(|f| *f != shape.family && *f != Family::Torus);
     let families = Families {
         allowed: others.collect(),
@@ -28,9 +26,9 @@ pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> 
         max_radius: f64::INFINITY,
         policy: Policy::of(&Parameters::default()),
     };
-    let own = families.polish(shape, &sample, 8).map_or(*shape, |f| f.shape);
-    let own = families.score(own, &sample);
-    let patch = Patch { points: &sample, normals: &normals };
+    let own = families.polish(shape, points, 8).map_or(*shape, |f| f.shape);
+    let own = families.score(own, points);
+    let patch = Patch { points, normals: &normals };
     let next = families
         .each(&patch, &[own.shape])
         .into_iter()

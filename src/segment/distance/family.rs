@@ -2,7 +2,7 @@
 
 use crate::fit::least_squares::{Fitted, Options, fit};
 use crate::fit::starts::{self, Patch};
-use crate::fit::{Family, Shape};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Parameters;
 
@@ -71,8 +71,7 @@ impl Families {
     /// Scores a shape on points.
     pub fn score(&self, shape: Shape, points: &[Vec3]) -> Scored {
         let inverse = 1.0 / (self.sigma * self.sigma);
-        let chi2: f64 =
-            points.iter().map(|p| (shape.distance(p).powi(2) * inverse).min(16.0)).sum();
+        let chi2 = Ruler::of(&shape).truncated(points, inverse, 16.0);
         let (n, p) = (points.len() as f64, shape.family.dof() as f64);
         Scored {
             shape,

@@ -2,8 +2,8 @@
 
 use super::family::{Families, Scored};
 use super::scene::Scene;
-use crate::fit::Shape;
 use crate::fit::starts::Patch;
+use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 
 /// Points a fit during growth looks at.
@@ -48,17 +48,18 @@ pub fn correlation(
     sigma: f64,
     inside: impl Fn(u32) -> bool,
 ) -> f64 {
+    let ruler = Ruler::of(shape);
     let m = support.len().min(600);
     // Strips of other faces that lie within reach along an edge say nothing about this one: its
     // interior does, where it has one.
     let (mut all, mut interior) = (Products::default(), Products::default());
     for k in 0..m {
         let i = support[k * support.len() / m] as usize;
-        let r = shape.distance(&scene.points[i]);
+        let r = ruler.distance(&scene.points[i]);
         let (mut sum, mut near) = (0.0, 0);
         for &j in scene.neighbours(i).iter().take(AROUND) {
             if inside(j) {
-                sum += shape.distance(&scene.points[j as usize]);
+                sum += ruler.distance(&scene.points[j as usize]);
                 near += 1;
             }
         }
@@ -229,10 +230,11 @@ fn grow_from(
     let mut thorough = THOROUGH;
     for _ in 0..40 {
         let shape = best.shape;
+        let ruler = Ruler::of(&shape);
         let limit = (support.len() * 2).max(40);
         let next = walk
             .run(scene, &support, limit, |_, j| {
-                shape.distance(&scene.points[j]).abs() < REACH * sigma
+                ruler.distance(&scene.points[j]).abs() < REACH * sigma
             })
             .to_vec();
         if next.len() < 20 {
@@ -281,10 +283,11 @@ fn grow_from(
         }
     }
     let shape = best.shape;
+    let ruler = Ruler::of(&shape);
     if best.reduced < 1.35 {
         let support = walk
             .run(scene, &support, usize::MAX, |_, j| {
-                shape.distance(&scene.points[j]).abs() < REACH * sigma
+                ruler.distance(&scene.points[j]).abs() < REACH * sigma
             })
             .to_vec();
         good = Some((shape, support));

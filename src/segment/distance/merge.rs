@@ -7,7 +7,7 @@ use super::family::Families;
 use super::label::members;
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
-use crate::fit::{Family, Shape};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 
 /// Points of each region that a joint fit looks at: too few cannot tell apart two large planes a
@@ -43,9 +43,7 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                 }
             }
         }
-        let cost = |s: &Shape, p: &[Vec3]| -> f64 {
-            p.iter().map(|x| (s.distance(x).powi(2) * inverse).min(16.0)).sum()
-        };
+        let cost = |s: &Shape, p: &[Vec3]| -> f64 { Ruler::of(s).truncated(p, inverse, 16.0) };
         let mut found: Vec<(f64, usize, usize, Shape)> = pairs
             .par_iter()
             .filter_map(|&(a, b)| {

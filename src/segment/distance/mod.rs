@@ -13,6 +13,7 @@ mod joints;
 mod label;
 mod merge;
 mod moves;
+mod nearest;
 mod noise;
 mod others;
 mod pieces;
@@ -24,6 +25,8 @@ mod select;
 mod spread;
 mod uncertainty;
 mod union;
+
+use rayon::prelude::*;
 
 use engine::Model;
 use family::{Families, Policy};
@@ -110,19 +113,22 @@ fn find(
 /// neighbourhood.
 fn distinct_points(cloud: &[Vec3]) -> (Vec<Vec3>, Vec3, Vec<u32>) {
     let order = morton_order(cloud);
-    // Summed in this order: the centre must not depend on the order of the input.
-    let centre = order.iter().map(|&i| cloud[i as usize]).sum::<Vec3>() / cloud.len() as f64;
-    let mut points: Vec<Vec3> = Vec::with_capacity(cloud.len());
+    let mut points: Vec<Vec3> = order.par_iter().map(|&i| cloud[i as usize]).collect();
+    // Summed in this order and in chunks of one size: the centre must depend neither on the order of the input
+    // nor on the number of threads.
+    let sums: Vec<Vec3> = points.par_chunks(4096).map(|chunk| chunk.iter().sum()).collect();
+    let centre = sums.iter().sum::<Vec3>() / cloud.len() as f64;
     let mut places = vec![0; cloud.len()];
-    let mut last = None;
-    for i in order {
-        let p = cloud[i as usize];
-        if last != Some(p) {
-            points.push(p - centre);
-            last = Some(p);
+    let mut last = 0;
+    for (k, &i) in order.iter().enumerate() {
+        if k > 0 && points[k] != points[last] {
+            last += 1;
+            points[last] = points[k];
         }
-        places[i as usize] = points.len() as u32 - 1;
+        places[i as usize] = last as u32;
     }
+    points.truncate(last + 1);
+    points.par_iter_mut().with_min_len(4096).for_each(|p| *p -= centre);
     (points, centre, places)
 }
 

@@ -5,16 +5,19 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::constraints::{Candidate, enforce};
-use super::evidence::evidence;
+use super::evidence::{self, evidence};
 use super::joints::{Joint, Known, Scale, joints};
 use super::label::members;
 use super::others::{Other, asked_for};
 use super::reasons::{Reason, explain};
-use super::uncertainty::Uncertainty;
+use super::uncertainty::{self, Uncertainty};
 use super::{Found, place};
-use crate::fit::Family;
+use crate::fit::{Family, Ruler};
 use crate::geometry::Vec3;
 use crate::segment::{Extent, Fit, Neighbour, Parameters, Region, Segmentation, Unassigned};
+
+/// Points worked on at once; fixed, so that the result does not depend on the number of threads.
+const CHUNK: usize = 4096;
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
 pub fn report(parameters: &Parameters, found: Found) -> Segmentation {
@@ -37,7 +40,9 @@ pub fn report(parameters: &Parameters, found: Found) -> Segmentation {
     for (reason, n) in explain(&left, spacing, parameters.min_points) {
         *reasons.entry(reason).or_insert(0) += n;
     }
-    let known: Vec<Known> = kept.into_par_iter().map(|c| Known::of(&c, &found)).collect();
+    let tallies = tallies(points, &labels, &kept);
+    let known: Vec<Known> =
+        kept.par_iter().zip(&tallies).map(|(c, t)| Known::of(c, t, &found)).collect();
     let joints = touching(&known, &labels, &found, density);
     let first = known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
     let further = others.iter().enumerate().map(|(k, o)| of_other_type(known.len() + k, o, &found));
@@ -90,6 +95,8 @@ fn candidates(found: &Found, free_tori: bool) -> (Vec<Candidate>, Vec<u32>) {
 /// The region of a quadric that has no engineering parameters here.
 fn of_other_type(id: usize, other: &Other, found: &Found) -> Region {
     let points: Vec<Vec3> = other.members.iter().map(|&i| found.points[i as usize]).collect();
+    let mut scatter = Scatter::default();
+    points.iter().for_each(|p| scatter.add(other.quadric.distance(p)));
     let (coefficients, coefficients_scale) = other.quadric.moved_to(&-found.centre).scaled();
     Region {
         id,
@@ -99,7 +106,7 @@ fn of_other_type(id: usize, other: &Other, found: &Found) -> Region {
         coefficients_scale,
         surface: None,
         uncertainty: None,
-        fit: fit_of(|p| other.quadric.distance(p), &points, 0),
+        fit: scatter.fit(points.len(), 0),
         evidence: None,
         extent: extent_of(&points, &found.centre),
         neighbours: Vec::new(),
@@ -140,20 +147,102 @@ fn touching(known: &[Known], labels: &[i32], found: &Found, density: f64) -> Vec
     joints(&found.scene, &of_scene, known, &Scale { sigma: found.noise, density })
 }
 
+/// Sums over the points of one region.
+struct Tally {
+    n: usize,
+    sum: Vec3,
+    low: Vec3,
+    high: Vec3,
+    scatter: Scatter,
+}
+
+impl Default for Tally {
+    fn default() -> Self {
+        let (low, high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+        Self { n: 0, sum: Vec3::zeros(), low, high, scatter: Scatter::default() }
+    }
+}
+
+impl Tally {
+    fn add(&mut self, points: &[Vec3], ruler: &Ruler) {
+        self.n += points.len();
+        for p in points {
+            self.sum += p;
+            self.low = self.low.inf(p);
+            self.high = self.high.sup(p);
+        }
+        ruler.for_each(points, |d| self.scatter.add(d));
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.n += other.n;
+        self.sum += other.sum;
+        self.low = self.low.inf(&other.low);
+        self.high = self.high.sup(&other.high);
+        self.scatter.merge(&other.scatter);
+    }
+
+    fn extent(&self, centre: &Vec3) -> Option<Extent> {
+        let corner = |p: Vec3| (p + centre).into();
+        (self.n > 0).then(|| Extent { min: corner(self.low), max: corner(self.high) })
+    }
+}
+
+/// Sums over the points of every region, in one pass.
+fn tallies(points: &[Vec3], labels: &[i32], kept: &[Candidate]) -> Vec<Tally> {
+    let rulers: Vec<Ruler> = kept.iter().map(|c| Ruler::of(&c.shape)).collect();
+    let parts: Vec<Vec<(usize, Tally)>> = labels
+        .par_chunks(CHUNK)
+        .zip(points.par_chunks(CHUNK))
+        .map(|(labels, points)| {
+            let mut sums: Vec<(usize, Tally)> = Vec::new();
+            let mut from = 0;
+            for run in labels.chunk_by(|a, b| a == b) {
+                let own = &points[from..from + run.len()];
+                from += run.len();
+                let Ok(l) = usize::try_from(run[0]) else { continue };
+                // Labels beyond these are of quadrics that have no shape here.
+                let Some(ruler) = rulers.get(l) else { continue };
+                let k = sums.iter().position(|s| s.0 == l).unwrap_or(sums.len());
+                if k == sums.len() {
+                    sums.push((l, Tally::default()));
+                }
+                sums[k].1.add(own, ruler);
+            }
+            sums
+        })
+        .collect();
+    let mut out: Vec<Tally> = kept.iter().map(|_| Tally::default()).collect();
+    for (l, tally) in parts.into_iter().flatten() {
+        out[l].merge(&tally);
+    }
+    out
+}
+
+/// At most `limit` of a region's points, evenly.
+fn sample(points: &[Vec3], members: &[u32], limit: usize) -> Vec<Vec3> {
+    let m = members.len().min(limit);
+    (0..m).map(|k| points[members[place(k, m, members.len())] as usize]).collect()
+}
+
 impl Known {
-    fn of(candidate: &Candidate, found: &Found) -> Self {
-        let points: Vec<Vec3> =
-            candidate.members.iter().map(|&i| found.points[i as usize]).collect();
-        let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
+    fn of(candidate: &Candidate, tally: &Tally, found: &Found) -> Self {
+        let members = &candidate.members;
+        let centroid = tally.sum / members.len().max(1) as f64;
         let shape = candidate.shape.recentred(&centroid);
-        let fit = fit_of(|p| shape.distance(p), &points, candidate.rejected);
+        let fit = tally.scatter.fit(members.len(), candidate.rejected);
         // The points' scatter about their surface tells its form error too.
-        let freedom = points.len().saturating_sub(shape.family.dof()).max(1) as f64;
-        let sigma = found.noise.max(fit.rms * (points.len() as f64 / freedom).sqrt());
+        let freedom = members.len().saturating_sub(shape.family.dof()).max(1) as f64;
+        let sigma = found.noise.max(fit.rms * (members.len() as f64 / freedom).sqrt());
+        let stride = members.len().div_ceil(uncertainty::SAMPLE).max(1);
+        let some: Vec<Vec3> =
+            members.iter().step_by(stride).map(|&i| found.points[i as usize]).collect();
+        let share = members.len() as f64 / some.len() as f64;
+        let few = sample(&found.points, members, evidence::SAMPLE);
         Self {
-            uncertainty: Uncertainty::of(&shape, &points, sigma),
-            evidence: evidence(&shape, &points, sigma),
-            extent: extent_of(&points, &found.centre),
+            uncertainty: Uncertainty::of(&shape, &some, share, sigma),
+            evidence: evidence(&shape, &few, sigma),
+            extent: tally.extent(&found.centre),
             shape,
             fit,
         }
@@ -190,15 +279,28 @@ fn neighbour(joint: &Joint, id: usize) -> Option<Neighbour> {
     Some(Neighbour { region, continuity: joint.continuity, resolution: joint.resolution })
 }
 
-fn fit_of(distance: impl Fn(&Vec3) -> f64, points: &[Vec3], rejected: usize) -> Fit {
-    let (mut sum, mut max) = (0.0, 0.0_f64);
-    for p in points {
-        let d = distance(p).abs();
-        sum += d * d;
-        max = max.max(d);
+/// Sums over distances.
+#[derive(Default)]
+struct Scatter {
+    sum_sq: f64,
+    max: f64,
+}
+
+impl Scatter {
+    fn add(&mut self, d: f64) {
+        self.sum_sq += d * d;
+        self.max = self.max.max(d.abs());
     }
-    let rms = (sum / points.len().max(1) as f64).sqrt();
-    Fit { rms, max, used: points.len(), rejected }
+
+    fn merge(&mut self, other: &Self) {
+        self.sum_sq += other.sum_sq;
+        self.max = self.max.max(other.max);
+    }
+
+    fn fit(&self, used: usize, rejected: usize) -> Fit {
+        let rms = (self.sum_sq / used.max(1) as f64).sqrt();
+        Fit { rms, max: self.max, used, rejected }
+    }
 }
 
 fn extent_of(points: &[Vec3], centre: &Vec3) -> Option<Extent> {

@@ -1,15 +1,14 @@
 //! The points a discovery works on, with their neighbours, normals and noise.
 
-use std::num::NonZero;
-
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::SymmetricEigen;
 use rayon::prelude::*;
 
+pub use super::nearest::K;
+use super::nearest::{Runs, Search};
 use crate::geometry::{Mat3, Vec3};
 
-/// Neighbours kept for each point.
-pub const K: usize = 16;
+/// Points worked on at once; fixed, so that the result does not depend on the number of threads.
+const CHUNK: usize = 512;
 
 /// Distinct points in Morton order with the graph of their nearest neighbours.
 pub struct Scene {
@@ -28,40 +27,28 @@ pub struct Scene {
 impl Scene {
     /// Builds the graph and the normals. At least `K + 1` points.
     pub fn new(points: Vec<Vec3>) -> Self {
-        let raw: Vec<[f64; 3]> = points.iter().map(|p| (*p).into()).collect();
         let n = points.len();
         let mut neighbours = vec![0u32; n * K];
         let mut normals = vec![Vec3::z(); n];
         let mut roughness = vec![0f32; n];
         let mut fourth = vec![0f64; n];
-        let k = NonZero::new(K + 1).unwrap_or(NonZero::<usize>::MIN);
-        let tree: Option<ImmutableKdTree<f64, 3>> = ImmutableKdTree::new_from_slice(&raw).ok();
-        if let Some(tree) = tree {
-            neighbours
-                .par_chunks_mut(K)
-                .zip(normals.par_iter_mut())
-                .zip(roughness.par_iter_mut())
-                .zip(fourth.par_iter_mut())
-                .enumerate()
-                .with_min_len(256)
-                .for_each(|(i, (((out, normal), rough), fourth))| {
-                    let found = tree.query(&raw[i]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
-                    let mut m = 0;
-                    for f in &found {
-                        let j = f.item;
-                        if j as usize != i && m < K {
-                            out[m] = j;
-                            m += 1;
-                            if m == 4 {
-                                *fourth = f.distance.sqrt();
-                            }
-                        }
-                    }
-                    let (v, r) = normal_of(&points, i, out);
-                    *normal = v;
-                    *rough = r;
-                });
-        }
+        let runs = Runs::of(&points);
+        neighbours
+            .par_chunks_mut(K * CHUNK)
+            .zip(normals.par_chunks_mut(CHUNK))
+            .zip(roughness.par_chunks_mut(CHUNK))
+            .zip(fourth.par_chunks_mut(CHUNK))
+            .enumerate()
+            .for_each(|(c, (((neighbours, normals), roughness), fourth))| {
+                let mut search = Search::default();
+                for (k, out) in neighbours.chunks_mut(K).enumerate() {
+                    let i = c * CHUNK + k;
+                    let (near, sq) = runs.nearest(i, &mut search);
+                    out.copy_from_slice(&near);
+                    fourth[k] = sq.sqrt();
+                    (normals[k], roughness[k]) = normal_of(&points, i, out);
+                }
+            });
         let mid = n / 2;
         let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
         Self { points, normals, roughness, neighbours, spacing }
@@ -170,13 +157,18 @@ fn consensus_normal(q: &[Vec3; K], limit: f64) -> Option<Vec3> {
     (best.0 > 6).then_some(best.1)
 }
 
+/// Leading bits of the codes by which points are put into buckets before each bucket is sorted: enough that
+/// a bucket fits in the cache.
+const BUCKET_BITS: u32 = 15;
+/// A bucket of more points than this is sorted by all threads.
+const LARGE_BUCKET: usize = 1 << 15;
+
 /// Order of `points` along a Morton curve; equal codes by coordinates, so that the order of the
 /// input does not matter.
 pub fn morton_order(points: &[Vec3]) -> Vec<u32> {
-    let lo = points.iter().fold(Vec3::repeat(f64::INFINITY), |m, p| m.inf(p));
-    let hi = points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, p| m.sup(p));
+    let (lo, hi) = bounds(points);
     let scale = 2_097_151.0 / (hi - lo).max().max(1e-300);
-    let mut keyed: Vec<(u64, u32)> = points
+    let keyed: Vec<(u64, u32)> = points
         .par_iter()
         .enumerate()
         .map(|(i, p)| {
@@ -189,13 +181,66 @@ pub fn morton_order(points: &[Vec3]) -> Vec<u32> {
         let p = &points[i as usize];
         (p.x, p.y, p.z)
     };
-    keyed.par_sort_unstable_by(|a, b| {
+    let compare = |a: &(u64, u32), b: &(u64, u32)| {
         a.0.cmp(&b.0).then_with(|| {
             let (p, q) = (at(a.1), at(b.1));
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
         })
+    };
+    let (mut keyed, ends) = bucketed(&keyed);
+    slices(&mut keyed, &ends).into_par_iter().with_min_len(16).for_each(|bucket| {
+        if bucket.len() > LARGE_BUCKET {
+            bucket.par_sort_unstable_by(compare);
+        } else {
+            bucket.sort_unstable_by(compare);
+        }
     });
-    keyed.into_iter().map(|(_, i)| i).collect()
+    keyed.into_par_iter().map(|(_, i)| i).collect()
+}
+
+/// Smallest and largest coordinates.
+fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
+    let none = || (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    points
+        .par_iter()
+        .with_min_len(4096)
+        .fold(none, |(lo, hi), p| (lo.inf(p), hi.sup(p)))
+        .reduce(none, |a, b| (a.0.inf(&b.0), a.1.sup(&b.1)))
+}
+
+/// The codes by bucket, in rising order of their leading bits, and where each bucket that holds any ends.
+fn bucketed(keyed: &[(u64, u32)]) -> (Vec<(u64, u32)>, Vec<usize>) {
+    let bucket = |code: u64| (code >> (63 - BUCKET_BITS)) as usize;
+    let mut next = vec![0usize; 1 << BUCKET_BITS];
+    keyed.iter().for_each(|k| next[bucket(k.0)] += 1);
+    let (mut sum, mut ends) = (0, Vec::new());
+    for n in &mut next {
+        let from = sum;
+        sum += *n;
+        if *n > 0 {
+            ends.push(sum);
+        }
+        *n = from;
+    }
+    let mut out = vec![(0, 0); keyed.len()];
+    for k in keyed {
+        let place = &mut next[bucket(k.0)];
+        out[*place] = *k;
+        *place += 1;
+    }
+    (out, ends)
+}
+
+/// The parts of a slice that end at `ends`.
+fn slices<'a, T>(mut all: &'a mut [T], ends: &[usize]) -> Vec<&'a mut [T]> {
+    let mut from = 0;
+    let mut out = Vec::with_capacity(ends.len());
+    for &end in ends {
+        let (part, rest) = all.split_at_mut(end - from);
+        out.push(part);
+        (all, from) = (rest, end);
+    }
+    out
 }
 
 /// Spreads the low 21 bits to every third bit.
@@ -206,4 +251,50 @@ fn spread(v: u64) -> u64 {
     x = (x | x << 8) & 0x100f00f00f00f00f;
     x = (x | x << 4) & 0x10c30c30c30c30c3;
     (x | x << 2) & 0x1249249249249249
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::segment::random::SplitMix64;
+
+    /// `n` places in a cube of so many steps a side, some of them the same.
+    fn lattice(n: usize, side: usize, random: &mut SplitMix64) -> Vec<Vec3> {
+        let mut step = || random.below(side) as f64;
+        (0..n).map(|_| Vec3::new(step(), step(), step())).collect()
+    }
+
+    #[test]
+    fn the_order_is_that_of_interleaved_bits_whatever_the_order_of_the_input() {
+        let mut random = SplitMix64::new(5);
+        let side = 64;
+        for n in [1, 2, 700, 30_000] {
+            let mut points = lattice(n, side, &mut random);
+            points.extend([Vec3::zeros(), Vec3::repeat(side as f64 - 1.0)]);
+            let sorted = |points: &[Vec3]| -> Vec<Vec3> {
+                morton_order(points).into_iter().map(|i| points[i as usize]).collect()
+            };
+            let scale = 2_097_151.0 / (side as f64 - 1.0);
+            let code = |p: &Vec3| {
+                let q = p * scale;
+                spread(q.x as u64) | spread(q.y as u64) << 1 | spread(q.z as u64) << 2
+            };
+            let found = sorted(&points);
+            let mut expected = points.clone();
+            expected.sort_by_key(code);
+            assert_eq!(found, expected);
+            points.reverse();
+            assert_eq!(found, sorted(&points));
+        }
+    }
+
+    #[test]
+    fn points_of_one_code_are_ordered_by_their_coordinates() {
+        let far = Vec3::repeat(1e9);
+        let near: Vec<Vec3> =
+            (0..50).map(|k| Vec3::new(1e-3 * f64::from(k * 37 % 50), 0.0, 0.0)).collect();
+        let points: Vec<Vec3> = near.into_iter().chain([far]).collect();
+        let order = morton_order(&points);
+        assert!(order.windows(2).all(|w| points[w[0] as usize].x < points[w[1] as usize].x));
+    }
 }

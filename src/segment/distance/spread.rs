@@ -4,14 +4,13 @@
 //! beside them: their candidates are the labels around those two. Where one candidate is near, the point takes
 //! it at once; only points near several surfaces look at their neighbours.
 
-use std::num::NonZero;
-
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
 use super::engine::Model;
 use super::label::{ACCEPT, MOST, candidates, energies};
-use super::scene::{K, Scene};
+use super::nearest::{Runs, Search};
+use super::scene::Scene;
 use crate::fit::Ruler;
 use crate::geometry::Vec3;
 
@@ -252,18 +251,16 @@ fn settle_shared(
         }
     }
     let pool: Vec<u32> = (0..points.len() as u32).filter(|&i| beside[i as usize / REACH]).collect();
-    let raw: Vec<[f64; 3]> = pool.iter().map(|&i| points[i as usize].into()).collect();
-    let Ok(tree) = ImmutableKdTree::<f64, 3>::new_from_slice(&raw) else { return Vec::new() };
-    let k = NonZero::new(K + 1).unwrap_or(NonZero::<usize>::MIN);
+    let own: Vec<Vec3> = pool.iter().map(|&i| points[i as usize]).collect();
+    let runs = Runs::of(&own);
     let frozen: &[i32] = labels;
     let placed: Vec<(i32, Vec<(i32, f64)>)> = several
         .par_iter()
         .with_min_len(128)
-        .map(|&i| {
-            let p = &points[i as usize];
-            let near = tree.query(&[p.x, p.y, p.z]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
-            let near: Vec<u32> =
-                near.iter().map(|f| pool[f.item as usize]).filter(|&j| j != i).take(K).collect();
+        .map_init(Search::default, |search, &i| {
+            let at = pool.partition_point(|&j| j < i);
+            let near = runs.nearest(at, search).0.map(|k| pool.get(k as usize).copied());
+            let near: Vec<u32> = near.into_iter().flatten().collect();
             place(points, model, frozen, i, &near, inverse)
         })
         .collect();

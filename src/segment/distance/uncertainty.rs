@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 use crate::fit::{Family, Shape, Spread};
 use crate::geometry::Vec3;
 
-/// Points of a region whose derivatives are summed; of more, every n-th stands for the rest.
-const SAMPLE: usize = 6_000;
+/// Points of a region whose derivatives are worth summing; of more, every n-th may stand for the rest.
+pub const SAMPLE: usize = 6_000;
 /// A size whose standard deviation is over this share of its value cannot be told from zero or from
 /// infinity; so cannot an angle of this many radians.
 const IDENTIFIABLE: f64 = 1.0 / 3.0;
@@ -29,18 +29,15 @@ pub struct Uncertainty {
 }
 
 impl Uncertainty {
-    /// That of `shape` fitted to `points` with noise `sigma`; none for the torus, and none for fewer
-    /// points than degrees of freedom.
+    /// That of `shape` fitted to points with noise `sigma`, of which each of `points` stands for `share` like
+    /// it; none for the torus, and none for fewer points than degrees of freedom.
     ///
     /// `shape` should have its origin beside the centroid of `points` (see [`Shape::recentred`]).
-    pub fn of(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Self> {
+    pub fn of(shape: &Shape, points: &[Vec3], share: f64, sigma: f64) -> Option<Self> {
         if points.len() <= shape.family.dof() {
             return None;
         }
-        let stride = points.len().div_ceil(SAMPLE);
-        let sample: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
-        let share = points.len() as f64 / sample.len() as f64;
-        let of_freedoms = Spread::of(shape, &sample).covariance(sigma, share);
+        let of_freedoms = Spread::of(shape, points).covariance(sigma, share);
         let names = names(shape.family)?;
         let columns: Vec<_> = motions(shape).iter().map(|m| m.parameters(shape)).collect();
         let change = DMatrix::from_columns(&columns);
@@ -267,7 +264,7 @@ mod tests {
     }
 
     fn deviation_of_radius(shape: &Shape, points: &[Vec3], sigma: f64) -> f64 {
-        let json = Uncertainty::of(shape, points, sigma).unwrap().to_json();
+        let json = Uncertainty::of(shape, points, 1.0, sigma).unwrap().to_json();
         json["radius"].as_f64().unwrap()
     }
 
@@ -369,7 +366,7 @@ mod tests {
                 .map(|_| shape.origin + Vec3::new(d(), d(), d()))
                 .map(|p| p - shape.offset(&p).normal * shape.offset(&p).distance)
                 .collect();
-            let json = Uncertainty::of(&shape, &points, 0.01).unwrap().to_json();
+            let json = Uncertainty::of(&shape, &points, 1.0, 0.01).unwrap().to_json();
             let rows = json["covariance"].as_array().unwrap();
             assert_eq!(rows.len(), components(&shape).len());
             assert!(rows.iter().all(|r| r.as_array().unwrap().len() == rows.len()));
@@ -388,7 +385,7 @@ mod tests {
         let mut noise = Noise(SplitMix64::new(5));
         let points = arc(10.0, 10_f64.to_radians(), 300, 0.08, &mut noise);
         let truth = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::z(), [10.0, 0.0, 0.0]);
-        let json = Uncertainty::of(&truth, &points, 0.08).unwrap().to_json();
+        let json = Uncertainty::of(&truth, &points, 1.0, 0.08).unwrap().to_json();
         assert_eq!(json["identifiable"], false);
         assert_eq!(json["not_identifiable"], json!(["radius"]));
         assert!(json["radius"].as_f64().unwrap() > 2.0);
@@ -400,6 +397,6 @@ mod tests {
         let points = vec![Vec3::new(5.0, 0.0, 0.0); 100];
         let deviation = deviation_of_radius(&shape, &points, 0.01);
         assert!(deviation.is_finite() && deviation > 100.0, "{deviation}");
-        assert!(Uncertainty::of(&shape, &points[..4], 0.01).is_none());
+        assert!(Uncertainty::of(&shape, &points[..4], 1.0, 0.01).is_none());
     }
 }
