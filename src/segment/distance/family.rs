@@ -9,6 +9,10 @@ use crate::segment::Parameters;
 /// Points that every family is first tried on where all are wanted.
 const SCREEN: usize = 250;
 
+/// Points that a start is first fitted to, where the first family that explains all will do, and the reduced
+/// chi2 of these few beyond which that family is out.
+const GLANCE: usize = 80;
+const HOPELESS: f64 = 3.0;
 /// A gain in BIC that is not worth growing on for.
 const LITTLE: f64 = 4.0;
 
@@ -141,11 +145,20 @@ impl Families {
             .collect()
     }
 
+    /// A start after a fit to a few of the points; `None` where the family will not explain them.
+    fn promising(&self, start: &Shape, few: Option<&[Vec3]>) -> Option<Shape> {
+        let Some(few) = few else { return Some(*start) };
+        let fitted = self.polish(start, few, 14)?.shape;
+        (self.score(fitted, few).reduced < HOPELESS).then_some(fitted)
+    }
+
     fn fit_in_turn(&self, patch: &Patch<'_>, warm: &[Shape], all: bool) -> Vec<Scored> {
         if all && patch.points.len() > 2 * SCREEN {
             return self.screened(patch, warm);
         }
         let n = patch.points.len();
+        let few: Option<Vec<Vec3>> = (!all && n >= 4 * GLANCE)
+            .then(|| (0..GLANCE).map(|k| patch.points[k * n / GLANCE]).collect());
         let quadrics = std::cell::OnceCell::new();
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut out: Vec<Scored> = Vec::new();
@@ -155,6 +168,7 @@ impl Families {
             }
             let mut own: Option<Scored> = None;
             for s in self.starts(family, patch, &seen, &quadrics) {
+                let Some(s) = self.promising(&s, few.as_deref()) else { continue };
                 let Some(f) = self.polish(&s, patch.points, 14) else { continue };
                 if self.degenerate(&f.shape) {
                     continue;

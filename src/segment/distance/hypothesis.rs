@@ -272,7 +272,8 @@ fn grow_from(
             _ => {
                 let mut starts = vec![shape];
                 starts.extend(warm.map(|w| w.shape));
-                best = families.best(&patch, &starts, false)?;
+                let Some(next) = families.best(&patch, &starts, false) else { break };
+                best = next;
                 fresh = true;
             }
         }

@@ -9,9 +9,11 @@ use crate::segment::random::SplitMix64;
 use crate::segment::{Cancelled, Monitor};
 
 /// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
-const BATCH: usize = 8;
+const BATCH: usize = 4;
+/// Failed seeds that one draw of the policy stands for.
+const DRAW: usize = 8;
 /// The search ends when this many draws of seeds together
-const LOOK_BACK: usize = 32;
+const LOOK_BACK: usize = 64;
 /// cover fewer new points a seed than this: what is left is noise, freeform or clutter.
 const LEAST_YIELD: usize = 2;
 /// Points a hypothesis needs to be kept.
@@ -40,7 +42,7 @@ pub fn hypothesise(
     let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(n)).collect();
     let mut tried = vec![false; n];
     let mut yields = std::collections::VecDeque::new();
-    while failures_in_a_row < families.policy.failures * BATCH && trials.0 - before < most {
+    while failures_in_a_row < families.policy.failures * DRAW && trials.0 - before < most {
         monitor.check()?;
         let mut pool: Vec<u32> = (0..n as u32)
             .filter(|&i| {
