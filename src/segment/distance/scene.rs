@@ -25,7 +25,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Builds the graph and the normals. At least `K + 1` points.
+    /// Builds the graph and the normals of points in Morton order. At least one point.
     pub fn new(points: Vec<Vec3>) -> Self {
         let n = points.len();
         let mut neighbours = vec![0u32; n * K];
@@ -44,8 +44,11 @@ impl Scene {
                 for (k, out) in neighbours.chunks_mut(K).enumerate() {
                     let i = c * CHUNK + k;
                     let (near, sq) = runs.nearest(i, &mut search);
-                    out.copy_from_slice(&near);
-                    fourth[k] = sq.sqrt();
+                    // Where there are too few points, a point stands for its missing neighbours.
+                    for (out, j) in out.iter_mut().zip(near) {
+                        *out = if j == u32::MAX { i as u32 } else { j };
+                    }
+                    fourth[k] = if sq.is_finite() { sq.sqrt() } else { 0.0 };
                     (normals[k], roughness[k]) = normal_of(&points, i, out);
                 }
             });
@@ -285,6 +288,20 @@ mod tests {
             assert_eq!(found, expected);
             points.reverse();
             assert_eq!(found, sorted(&points));
+        }
+    }
+
+    #[test]
+    fn a_few_points_stand_for_their_missing_neighbours() {
+        for n in 1..20_u32 {
+            let points = (0..n).map(|k| Vec3::new(f64::from(k), 0.0, 0.0)).collect();
+            let scene = Scene::new(points);
+            for i in 0..scene.len() {
+                let near = scene.neighbours(i);
+                let own = near.iter().filter(|j| **j as usize == i).count();
+                assert_eq!(own, (K + 1).saturating_sub(scene.len()));
+            }
+            assert!(scene.spacing.is_finite());
         }
     }
 
