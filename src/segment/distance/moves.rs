@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::engine::{Model, borders, retain, take};
-use super::family::Families;
+use super::family::{Families, Scored};
 use super::label::{self, ACCEPT, MOST, best_of, members};
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
@@ -389,9 +389,12 @@ fn candidates(
     let osculating = osculating_cylinder(&current, &points);
     let warm: Vec<Shape> = osculating.into_iter().chain([current]).collect();
     let all = families.each(&Patch { points: &points, normals: &normals }, &warm);
-    osculating
-        .into_iter()
-        .chain(all.into_iter().filter(|s| s.reduced < 4.0).map(|s| s.shape))
+    let own = families.score(current, &points);
+    let tip = osculating.map(|s| families.score(s, &points)).filter(|s| s.reduced < FAR);
+    tip.into_iter()
+        .chain(all.into_iter().filter(|s| s.reduced < NEAR))
+        .filter(|s| may_gain(&own, s, points.len(), group.len()))
+        .map(|s| s.shape)
         .filter(|s| s.family != current.family)
         .filter(|s| match s.family {
             // A tube far wider than the patch is no fillet and no elbow, but a plane with leaked points.
@@ -399,6 +402,22 @@ fn candidates(
             family => family.dof() <= current.family.dof() + 2,
         })
         .collect()
+}
+
+/// Reduced chi2 beyond which a fitted shape is no candidate, and one beyond which an unfitted one is not.
+const NEAR: f64 = 4.0;
+const FAR: f64 = 8.0;
+/// What a surface may save at its region's boundary beside what its fit to the interior shows.
+const BOUNDARY: f64 = 25.0;
+
+/// Whether a candidate may cost less than a region's own surface, both scored on `m` of its `n` points.
+///
+/// A simpler one always may: leaked points, which make it look poor, would leave. A richer one must fit the
+/// interior better by about what it costs.
+fn may_gain(own: &Scored, candidate: &Scored, m: usize, n: usize) -> bool {
+    let length = |s: &Scored| s.shape.family.description_length(n);
+    let (more, share) = (length(candidate) - length(own), n as f64 / m.max(1) as f64);
+    more < 0.0 || (own.chi2 - candidate.chi2) * share + BOUNDARY > more
 }
 
 /// The cylinder that an elliptic one is where its points lie: fillets whose labels leak over their

@@ -205,9 +205,9 @@ fn consensus_normal(q: &[Vec3; K], limit: f64) -> Option<Vec3> {
     }
     let mut near = [[0.0; K]; PAIRED];
     for (apart, near) in near.iter_mut().enumerate() {
-        let after =
-            |c: &[f64; K + PAIRED]| -> [f64; K] { std::array::from_fn(|a| c[a + apart + 1]) };
-        let (bx, by, bz, b_sq) = (after(&x), after(&y), after(&z), after(&sq));
+        let other = apart + 1..apart + 1 + K;
+        let (bx, by, bz) = (&x[other.clone()], &y[other.clone()], &z[other.clone()]);
+        let b_sq = &sq[other];
         let [mut nx, mut ny, mut nz, mut reach] = [[0.0; K]; 4];
         for a in 0..K {
             nx[a] = y[a] * bz[a] - z[a] * by[a];
