@@ -147,7 +147,7 @@ fn place(k: usize, m: usize, n: usize) -> usize {
 }
 
 /// Points that surfaces are first looked for on.
-const COARSE: usize = 32_000;
+const COARSE: usize = 50_000;
 /// Points that surfaces are looked for on where the coarse sample is too thin for what is there.
 const FINE: usize = 320_000;
 /// Points of the sample that every surface must have for the sample to count as dense enough.
