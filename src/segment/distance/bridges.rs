@@ -16,9 +16,9 @@ use crate::fit::{Family, Shape, starts};
 use crate::geometry::Vec3;
 
 /// Normals of a surface at neighbouring points of one piece of it turn less than this (cosine).
-const SMOOTH: f64 = 0.9;
+const SMOOTH: f64 = 0.98;
 /// Share of the region's points that its pieces must hold together.
-const MOST: f64 = 0.8;
+const MOST: f64 = 0.5;
 /// Points of a piece that a plane is fitted to.
 const SAMPLE: usize = 1000;
 
