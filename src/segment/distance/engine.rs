@@ -293,7 +293,7 @@ fn converge(
         monitor.check()?;
         let gone = remove_needless(scene, model, families);
         let swapped = swap_families(scene, model, families);
-        let broken = break_bridges(scene, model, families, MIN_NEW);
+        let broken = break_bridges(scene, model, families);
         model.merges += merge(scene, model, families);
         settle(scene, model, families.sigma, 8);
         if gone + swapped + broken == 0 {
