@@ -145,7 +145,7 @@ const FINE: usize = 320_000;
 const DENSE_ENOUGH: usize = 200;
 
 /// Share of a sample that surfaces with a form error must explain for the sample to count as dense enough.
-const SEEN: f64 = 0.25;
+const SEEN: f64 = 0.1;
 
 /// What was found on a sample.
 struct Discovery {
