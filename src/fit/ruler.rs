@@ -10,6 +10,7 @@ use crate::geometry::Vec3;
 /// gives, it gives within rounding.
 #[derive(Clone, Copy, Debug)]
 pub struct Ruler {
+    shape: Shape,
     pub(super) placed: Placed,
     pub(super) kernel: Prepared,
 }
@@ -75,7 +76,7 @@ impl Ruler {
             Family::Torus => Prepared::Torus(Torus { major: a, minor: b }),
             Family::Ellipsoid => Prepared::Ellipsoid(Elliptic::of(shape)),
         };
-        Self { placed: Placed::of(shape), kernel }
+        Self { shape: *shape, placed: Placed::of(shape), kernel }
     }
 
     /// Signed distance from `x`.
@@ -83,6 +84,11 @@ impl Ruler {
     pub fn distance(&self, x: &Vec3) -> f64 {
         let q = self.placed.local(x.x, x.y, x.z);
         with_kernel!(self, |kernel| kernel.distance(q))
+    }
+
+    /// The shape that it measures from.
+    pub fn shape(&self) -> &Shape {
+        &self.shape
     }
 
     /// Signed distances from `points`, into as many places of `out`.

@@ -153,7 +153,8 @@ pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                 let m = set.len().min(2000);
                 (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect()
             };
-            let best = families.best(&Patch { points: &points, normals: &normals }, &[*s], true)?;
+            let worth = worth_trying(families, s, &points)?;
+            let best = worth.best(&Patch { points: &points, normals: &normals }, &[*s], true)?;
             let whole = take(scene, g, 600);
             let sound = families.score(best.shape, &whole).chi2 < SOUND * whole.len() as f64;
             (best.shape.family != s.family && sound).then_some(best.shape)
@@ -167,6 +168,20 @@ pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
         }
     }
     changed
+}
+
+/// The families to try for points that `shape` may explain already: then only those that cost less, if any.
+fn worth_trying(families: &Families, shape: &Shape, points: &[Vec3]) -> Option<Families> {
+    let mut worth = families.clone();
+    if families.explains(&families.score(*shape, points), points.len()) {
+        let length = |family: Family| family.description_length(points.len());
+        let own = length(shape.family);
+        worth.allowed.retain(|f| *f == shape.family || length(*f) < own);
+        if worth.allowed.iter().all(|f| *f == shape.family) {
+            return None;
+        }
+    }
+    Some(worth)
 }
 
 /// Pairs of labels that meet along a border, each with how many graph edges cross it.

@@ -9,7 +9,7 @@ use super::label::{MOST, candidates, energies};
 use super::scene::Scene;
 use super::spread::{Labelled, Share, posterior};
 use crate::fit::least_squares::{Columns, Fitted, Normal, Options, fit_columns, squares};
-use crate::fit::{Family, Shape, Spread};
+use crate::fit::{Family, Ruler, Shape, Spread};
 use crate::geometry::Vec3;
 
 /// Points of a region that its last iterated fit looks at; one step on all points follows.
@@ -206,6 +206,7 @@ fn straightened(s: &Shape, centroid: &Vec3) -> Shape {
 /// The shares of a scene's points beside boundaries.
 pub fn shares(scene: &Scene, model: &Model, sigma: f64) -> Vec<Share> {
     let inverse = 1.0 / (sigma * sigma);
+    let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
     (0..scene.len())
         .into_par_iter()
         .with_min_len(1024)
@@ -218,8 +219,8 @@ pub fn shares(scene: &Scene, model: &Model, sigma: f64) -> Vec<Share> {
             if own < 0 || m < 2 {
                 return None;
             }
-            let shape = |l: i32| &model.shapes[l as usize];
-            let (all, m) = energies(&scene.points, i, near, &found[..m], shape, label, inverse);
+            let ruler = |l: i32| &rulers[l as usize];
+            let (all, m) = energies(&scene.points, i, near, &found[..m], ruler, label, inverse);
             let share = posterior(all[..m].iter().map(|e| (e.label, e.evidence)));
             share.iter().any(|s| s.0 != own).then_some((i as u32, share))
         })

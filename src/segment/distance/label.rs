@@ -1,7 +1,7 @@
 //! Placing boundaries: every point takes the label with the least energy.
 
 use super::scene::{K, Scene};
-use crate::fit::Shape;
+use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 
 /// A point further than this many sigmas from every candidate stays unassigned.
@@ -55,7 +55,7 @@ pub fn energies<'s>(
     i: usize,
     near: &[u32],
     candidates: &[i32],
-    shape: impl Fn(i32) -> &'s Shape,
+    ruler: impl Fn(i32) -> &'s Ruler,
     label: impl Fn(u32) -> i32,
     inverse: f64,
 ) -> ([Energy; MOST], usize) {
@@ -63,15 +63,19 @@ pub fn energies<'s>(
     let mut sq = [[0.0; K]; MOST];
     let mut least = [f64::INFINITY; K];
     let mut own = [0.0; MOST];
+    let mut beside = [Vec3::zeros(); K];
+    let around = &mut beside[..near.len()];
+    around.iter_mut().zip(near).for_each(|(p, &j)| *p = points[j as usize]);
     for (c, &l) in candidates.iter().enumerate() {
-        let s = shape(l);
-        own[c] = s.distance(&points[i]).powi(2) * inverse;
-        for (k, &j) in near.iter().enumerate() {
-            sq[c][k] = s.distance(&points[j as usize]).powi(2) * inverse;
-            least[k] = least[k].min(sq[c][k]);
+        let r = ruler(l);
+        own[c] = r.distance(&points[i]).powi(2) * inverse;
+        r.distances(around, &mut sq[c]);
+        for (sq, least) in sq[c][..near.len()].iter_mut().zip(&mut least) {
+            *sq *= *sq * inverse;
+            *least = least.min(*sq);
         }
     }
-    let sharp = is_sharp(points, i, near, candidates, &own, &shape, inverse);
+    let sharp = is_sharp(points, i, near, candidates, &own, &ruler, inverse);
     let cut = if sharp { SHARP_CUT } else { SMOOTH_CUT };
     let mut m = 0;
     for (c, &l) in candidates.iter().enumerate() {
@@ -95,7 +99,7 @@ fn is_sharp<'s>(
     near: &[u32],
     candidates: &[i32],
     own: &[f64; MOST],
-    shape: &impl Fn(i32) -> &'s Shape,
+    ruler: &impl Fn(i32) -> &'s Ruler,
     inverse: f64,
 ) -> bool {
     let mut order: [usize; MOST] = std::array::from_fn(|c| c);
@@ -106,7 +110,7 @@ fn is_sharp<'s>(
     order[..m].sort_by(|&a, &b| own[a].total_cmp(&own[b]));
     let Some(middle) = near.get(near.len() / 2) else { return false };
     let sq_reach = (points[*middle as usize] - points[i]).norm_squared();
-    let [a, b] = [0, 1].map(|k| shape(candidates[order[k]]).offset(&points[i]).normal);
+    let [a, b] = [0, 1].map(|k| ruler(candidates[order[k]]).shape().offset(&points[i]).normal);
     a.cross(&b).norm_squared() * sq_reach * inverse > ACCEPT * ACCEPT
 }
 
@@ -121,6 +125,7 @@ pub fn relabel(
 ) -> usize {
     let inverse = 1.0 / (sigma * sigma);
     let n = scene.len();
+    let rulers: Vec<Ruler> = shapes.iter().map(Ruler::of).collect();
     let mut active: Vec<u32> = (0..n as u32).collect();
     let mut queued = vec![false; n];
     let mut changed = 0;
@@ -130,7 +135,7 @@ pub fn relabel(
         for &i in &active {
             let i = i as usize;
             queued[i] = false;
-            let best = best_label(scene, shapes, labels, i, inverse);
+            let best = best_label(scene, &rulers, labels, i, inverse);
             if best != labels[i] {
                 labels[i] = best;
                 changed += 1;
@@ -154,12 +159,18 @@ pub fn relabel(
     changed
 }
 
-fn best_label(scene: &Scene, shapes: &[Shape], labels: &[i32], i: usize, inverse: f64) -> i32 {
+fn best_label(scene: &Scene, rulers: &[Ruler], labels: &[i32], i: usize, inverse: f64) -> i32 {
     let near = scene.neighbours(i);
     let label = |j: u32| labels[j as usize];
+    let own = labels[i];
+    // Most points lie inside a region, with one candidate.
+    if own >= 0 && !near.iter().fold(false, |any, &j| any | (label(j) != own)) {
+        let sq = rulers[own as usize].distance(&scene.points[i]).powi(2) * inverse;
+        return if sq <= ACCEPT * ACCEPT { own } else { -1 };
+    }
     let mut found = [0; MOST];
-    let m = candidates(labels[i], near.iter().map(|&j| label(j)), &mut found);
-    best_of(&scene.points, i, near, &found[..m], |l| &shapes[l as usize], label, inverse)
+    let m = candidates(own, near.iter().map(|&j| label(j)), &mut found);
+    best_of(&scene.points, i, near, &found[..m], |l| &rulers[l as usize], label, inverse)
 }
 
 /// The candidate with the least energy; -1 where none lies within reach.
@@ -168,15 +179,15 @@ pub fn best_of<'s>(
     i: usize,
     near: &[u32],
     candidates: &[i32],
-    shape: impl Fn(i32) -> &'s Shape,
+    ruler: impl Fn(i32) -> &'s Ruler,
     label: impl Fn(u32) -> i32,
     inverse: f64,
 ) -> i32 {
     if let [only] = *candidates {
-        let sq = shape(only).distance(&points[i]).powi(2) * inverse;
+        let sq = ruler(only).distance(&points[i]).powi(2) * inverse;
         return if sq <= ACCEPT * ACCEPT { only } else { -1 };
     }
-    let (all, m) = energies(points, i, near, candidates, shape, label, inverse);
+    let (all, m) = energies(points, i, near, candidates, ruler, label, inverse);
     all[..m].iter().min_by(|a, b| a.total().total_cmp(&b.total())).map_or(-1, |e| e.label)
 }
 

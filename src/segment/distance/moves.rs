@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::engine::{Model, borders, retain, take};
-use super::family::Families;
+use super::family::{Families, Scored};
 use super::label::{self, ACCEPT, MOST, best_of, members};
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
-use crate::fit::{Family, Shape};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 
 /// Energy of a point without a surface.
@@ -24,6 +24,8 @@ const SURFACE: f64 = 120.0;
 const RINGS: usize = 3;
 /// Rounds of relabelling and refitting inside one trial move.
 const ROUNDS: usize = 3;
+/// Sweeps of one such relabelling.
+const SWEEPS: usize = 3;
 
 fn neighbours_of(touching: &BTreeMap<(usize, usize), usize>, regions: usize) -> Vec<Vec<usize>> {
     let mut out = vec![Vec::new(); regions];
@@ -115,21 +117,6 @@ fn explaining(scene: &Scene, model: &Model, group: &[u32], b: usize, inverse: f6
         .collect()
 }
 
-/// Labels of a few points, laid over the scene's.
-struct Overlay<'a> {
-    base: &'a [i32],
-    slot: &'a mut [u32],
-    points: Vec<u32>,
-    labels: Vec<i32>,
-}
-
-impl Overlay<'_> {
-    fn get(&self, i: u32) -> i32 {
-        let s = self.slot[i as usize];
-        if s > 0 { self.labels[s as usize - 1] } else { self.base[i as usize] }
-    }
-}
-
 /// The region's points and the rings around it.
 fn affected(scene: &Scene, region: &[u32], slot: &mut [u32]) -> Vec<u32> {
     let mut points = region.to_vec();
@@ -152,71 +139,183 @@ fn affected(scene: &Scene, region: &[u32], slot: &mut [u32]) -> Vec<u32> {
     points
 }
 
-/// Energy of the affected points after relabelling them with `shape` in the region's place.
-#[allow(clippy::too_many_arguments)]
-fn trial(
-    scene: &Scene,
-    model: &Model,
-    region: usize,
-    start: &Shape,
-    overlay: &mut Overlay<'_>,
-    sigma: f64,
-    refit: bool,
-) -> (f64, Shape) {
-    let inverse = 1.0 / (sigma * sigma);
-    let mut shape = *start;
-    let l0 = region as i32;
-    for (k, &i) in overlay.points.iter().enumerate() {
-        overlay.labels[k] = overlay.base[i as usize];
+/// Where one region's surface is tried anew: the points that it may win or lose.
+struct Place<'a> {
+    scene: &'a Scene,
+    /// Labels and surfaces as they are.
+    labels: &'a [i32],
+    rulers: &'a [Ruler],
+    region: i32,
+    /// The points, the region's own first; `slot` holds each one's place among them plus one, 0 elsewhere.
+    points: Vec<u32>,
+    slot: &'a mut [u32],
+    at: Vec<Vec3>,
+    /// What each point costs under the label it has.
+    costs: Vec<f64>,
+    /// Whether all of a point's neighbours belong to the region, as itself does.
+    inside: Vec<bool>,
+    inverse: f64,
+}
+
+impl<'a> Place<'a> {
+    fn new(
+        scene: &'a Scene,
+        model: &'a Model,
+        rulers: &'a [Ruler],
+        region: usize,
+        group: &[u32],
+        slot: &'a mut [u32],
+        sigma: f64,
+    ) -> Self {
+        let (labels, inverse) = (&model.labels[..], 1.0 / (sigma * sigma));
+        let region = region as i32;
+        let points = affected(scene, group, slot);
+        let at: Vec<Vec3> = points.iter().map(|&i| scene.points[i as usize]).collect();
+        let mut costs = vec![0.0; points.len()];
+        let own = |i: u32| labels[i as usize];
+        for ((cost, p), &i) in costs.iter_mut().zip(&at).zip(&points).skip(group.len()) {
+            let l = own(i);
+            *cost =
+                if l < 0 { UNASSIGNED } else { rulers[l as usize].distance(p).powi(2) * inverse };
+        }
+        let inside = |&i: &u32| scene.neighbours(i as usize).iter().all(|&j| own(j) == region);
+        let inside = points.iter().enumerate().map(|(k, i)| k < group.len() && inside(i)).collect();
+        Self { scene, labels, rulers, region, points, slot, at, costs, inside, inverse }
     }
-    let mut count = 0;
-    for round in 0..ROUNDS {
-        let at = |l: i32| if l == l0 { &shape } else { &model.shapes[l as usize] };
-        for _ in 0..3 {
-            for k in 0..overlay.points.len() {
-                let i = overlay.points[k] as usize;
-                let old = overlay.labels[k];
-                let near = scene.neighbours(i);
-                let label = |j: u32| overlay.get(j);
-                let mut found = [0; MOST];
-                let m = label::candidates(old, near.iter().map(|&j| label(j)), &mut found);
-                let best = best_of(&scene.points, i, near, &found[..m], at, label, inverse);
-                overlay.labels[k] = best;
+
+    /// Leaves `slot` as it was.
+    fn leave(self) {
+        for i in self.points {
+            self.slot[i as usize] = 0;
+        }
+    }
+
+    fn label(&self, labels: &[i32], j: u32) -> i32 {
+        let s = self.slot[j as usize];
+        if s > 0 { labels[s as usize - 1] } else { self.labels[j as usize] }
+    }
+}
+
+/// A trial move: labels of the place's points under another surface.
+struct Trial<'a> {
+    place: &'a Place<'a>,
+    labels: Vec<i32>,
+    /// Points to look at in the next sweep: those beside a change.
+    open: Vec<bool>,
+    /// Points whose neighbours all have the region's label.
+    inside: Vec<bool>,
+    distances: Vec<f64>,
+}
+
+impl<'a> Trial<'a> {
+    fn new(place: &'a Place<'a>) -> Self {
+        let labels: Vec<i32> = place.points.iter().map(|&i| place.labels[i as usize]).collect();
+        let n = labels.len();
+        Self {
+            place,
+            labels,
+            open: vec![true; n],
+            inside: place.inside.clone(),
+            distances: vec![0.0; n],
+        }
+    }
+
+    /// Energy of the points after relabelling them with `start` in the region's place, and the surface that
+    /// it has become.
+    fn run(mut self, start: &Shape, sigma: f64, refit: bool) -> (f64, Shape) {
+        let mut shape = *start;
+        for round in 0..ROUNDS {
+            self.relabel(&shape);
+            let last = !refit || round + 1 == ROUNDS;
+            if last {
+                break;
+            }
+            let own = self.own();
+            if own.len() < 20 {
+                break;
+            }
+            let thin: Vec<Vec3> = own.iter().step_by(own.len().div_ceil(6000)).copied().collect();
+            let o = Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-5 };
+            if let Some(f) = fit(&shape, &thin, None, &o) {
+                shape = f.shape;
             }
         }
-        let own: Vec<Vec3> = overlay
-            .points
-            .iter()
-            .zip(&overlay.labels)
-            .filter(|(_, l)| **l == l0)
-            .map(|(&i, _)| scene.points[i as usize])
-            .collect();
-        count = own.len();
-        if !refit || round + 1 == ROUNDS || count < 20 {
-            break;
-        }
-        let thin: Vec<Vec3> = own.iter().step_by(own.len().div_ceil(6000)).copied().collect();
-        let o = Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-5 };
-        if let Some(f) = fit(&shape, &thin, None, &o) {
-            shape = f.shape;
+        (self.energy(&shape), shape)
+    }
+
+    fn own(&self) -> Vec<Vec3> {
+        let own = |l: &i32| *l == self.place.region;
+        self.place.at.iter().zip(&self.labels).filter(|(_, l)| own(l)).map(|(p, _)| *p).collect()
+    }
+
+    /// A few sweeps, of which the first looks at every point.
+    fn relabel(&mut self, shape: &Shape) {
+        let ruler = Ruler::of(shape);
+        ruler.distances(&self.place.at, &mut self.distances);
+        self.open.fill(true);
+        for _ in 0..SWEEPS {
+            let mut changed = false;
+            for k in 0..self.labels.len() {
+                if std::mem::take(&mut self.open[k]) {
+                    changed |= self.look(k, &ruler);
+                }
+            }
+            if !changed {
+                break;
+            }
         }
     }
-    let mut e = shape.family.description_length(count);
-    if count < 20 {
-        e += SURFACE;
-    }
-    for (&i, &l) in overlay.points.iter().zip(&overlay.labels) {
-        let s = if l == l0 {
-            &shape
-        } else if l >= 0 {
-            &model.shapes[l as usize]
+
+    /// Puts the best label on a point. Whether that is another than it had.
+    fn look(&mut self, k: usize, ruler: &Ruler) -> bool {
+        let place = self.place;
+        let (i, old) = (place.points[k] as usize, self.labels[k]);
+        let near = place.scene.neighbours(i);
+        let best = if self.inside[k] && old == place.region {
+            let sq = self.distances[k].powi(2) * place.inverse;
+            if sq <= UNASSIGNED { old } else { -1 }
         } else {
-            e += UNASSIGNED;
-            continue;
+            let label = |j: u32| place.label(&self.labels, j);
+            let rulers = |l: i32| if l == place.region { ruler } else { &place.rulers[l as usize] };
+            let mut found = [0; MOST];
+            let m = label::candidates(old, near.iter().map(|&j| label(j)), &mut found);
+            best_of(&place.scene.points, i, near, &found[..m], rulers, label, place.inverse)
         };
-        e += s.distance(&scene.points[i as usize]).powi(2) * inverse;
+        if best == old {
+            return false;
+        }
+        self.labels[k] = best;
+        self.open[k] = true;
+        for &j in near {
+            let s = place.slot[j as usize] as usize;
+            if s > 0 {
+                self.open[s - 1] = true;
+                self.inside[s - 1] = false;
+            }
+        }
+        true
     }
-    (e, shape)
+
+    fn energy(&self, shape: &Shape) -> f64 {
+        let place = self.place;
+        let count = self.labels.iter().filter(|l| **l == place.region).count();
+        let mut e = shape.family.description_length(count);
+        if count < 20 {
+            e += SURFACE;
+        }
+        for (k, &l) in self.labels.iter().enumerate() {
+            e += if l == place.region {
+                self.distances[k].powi(2) * place.inverse
+            } else if l == place.labels[place.points[k] as usize] {
+                place.costs[k]
+            } else if l >= 0 {
+                place.rulers[l as usize].distance(&place.at[k]).powi(2) * place.inverse
+            } else {
+                UNASSIGNED
+            };
+        }
+        e
+    }
 }
 
 /// Tries other families in each region's place and keeps the one with the least energy. Returns how many
@@ -225,6 +324,7 @@ pub fn swap_families(scene: &Scene, model: &mut Model, families: &Families) -> u
     let groups = members(&model.labels, model.shapes.len());
     let around = neighbours_of(&borders(scene, &model.labels), model.shapes.len());
     let frozen: &Model = model;
+    let rulers: Vec<Ruler> = frozen.shapes.iter().map(Ruler::of).collect();
     let next: Vec<Option<Shape>> = (0..frozen.shapes.len())
         .into_par_iter()
         .map_init(
@@ -239,22 +339,17 @@ pub fn swap_families(scene: &Scene, model: &mut Model, families: &Families) -> u
                     return None;
                 }
                 let alone = around[r].is_empty();
-                let points = affected(scene, &groups[r], slot);
-                let labels = vec![-1; points.len()];
-                let mut overlay = Overlay { base: &frozen.labels, slot, points, labels };
-                let (mut least, mut winner) =
-                    trial(scene, frozen, r, &current, &mut overlay, families.sigma, true);
+                let sigma = families.sigma;
+                let place = Place::new(scene, frozen, &rulers, r, &groups[r], slot, sigma);
+                let (mut least, mut winner) = Trial::new(&place).run(&current, sigma, true);
                 for c in candidates {
-                    let (e, s) = trial(scene, frozen, r, &c, &mut overlay, families.sigma, !alone);
+                    let (e, s) = Trial::new(&place).run(&c, sigma, !alone);
                     if e < least - 1.0 {
                         least = e;
                         winner = s;
                     }
                 }
-                let touched = std::mem::take(&mut overlay.points);
-                for i in touched {
-                    overlay.slot[i as usize] = 0;
-                }
+                place.leave();
                 (winner.family != current.family).then_some(winner)
             },
         )
@@ -294,9 +389,12 @@ fn candidates(
     let osculating = osculating_cylinder(&current, &points);
     let warm: Vec<Shape> = osculating.into_iter().chain([current]).collect();
     let all = families.each(&Patch { points: &points, normals: &normals }, &warm);
-    osculating
-        .into_iter()
-        .chain(all.into_iter().filter(|s| s.reduced < 4.0).map(|s| s.shape))
+    let own = families.score(current, &points);
+    let tip = osculating.map(|s| families.score(s, &points)).filter(|s| s.reduced < FAR);
+    tip.into_iter()
+        .chain(all.into_iter().filter(|s| s.reduced < NEAR))
+        .filter(|s| may_gain(&own, s, points.len(), group.len()))
+        .map(|s| s.shape)
         .filter(|s| s.family != current.family)
         .filter(|s| match s.family {
             // A tube far wider than the patch is no fillet and no elbow, but a plane with leaked points.
@@ -304,6 +402,22 @@ fn candidates(
             family => family.dof() <= current.family.dof() + 2,
         })
         .collect()
+}
+
+/// Reduced chi2 beyond which a fitted shape is no candidate, and one beyond which an unfitted one is not.
+const NEAR: f64 = 4.0;
+const FAR: f64 = 8.0;
+/// What a surface may save at its region's boundary beside what its fit to the interior shows.
+const BOUNDARY: f64 = 25.0;
+
+/// Whether a candidate may cost less than a region's own surface, both scored on `m` of its `n` points.
+///
+/// A simpler one always may: leaked points, which make it look poor, would leave. A richer one must fit the
+/// interior better by about what it costs.
+fn may_gain(own: &Scored, candidate: &Scored, m: usize, n: usize) -> bool {
+    let length = |s: &Scored| s.shape.family.description_length(n);
+    let (more, share) = (length(candidate) - length(own), n as f64 / m.max(1) as f64);
+    more < 0.0 || (own.chi2 - candidate.chi2) * share + BOUNDARY > more
 }
 
 /// The cylinder that an elliptic one is where its points lie: fillets whose labels leak over their

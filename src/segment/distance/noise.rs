@@ -27,7 +27,7 @@ const CHI2_10_QUARTER: f64 = 0.6737;
 /// where depths are whole steps of an instrument: a robust plane sees one step and nothing else.
 pub fn estimate(scene: &Scene) -> f64 {
     let smooth = smooth_estimate(scene);
-    let robust = robust_estimate(scene);
+    let robust = robust_estimate(scene, smooth / 4.0);
     if robust * 4.0 < smooth && !comes_in_steps(scene, smooth) { robust } else { smooth }
 }
 
@@ -64,8 +64,8 @@ pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
 }
 
 /// Lower quartile over the cloud of the ninth-smallest distance of 16 neighbours from the best plane
-/// through two of them and the point.
-fn robust_estimate(scene: &Scene) -> f64 {
+/// through two of them and the point, as a standard deviation; infinite where that is not below `limit`.
+fn robust_estimate(scene: &Scene, limit: f64) -> f64 {
     let n = scene.len();
     let stride = n.div_ceil(SAMPLE / 4);
     let mut v: Vec<f64> = (0..n)
@@ -77,18 +77,21 @@ fn robust_estimate(scene: &Scene) -> f64 {
             for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
                 *q = scene.points[j as usize] - origin;
             }
-            least_ninth(&q)
+            least_ninth(&q, limit * NINTH)
         })
         .collect();
     let k = v.len() / 4;
-    // The ninth of 16 half-normal distances lies near 0.74 sigma; the best of all planes less.
-    *v.select_nth_unstable_by(k, f64::total_cmp).1 / 0.35
+    *v.select_nth_unstable_by(k, f64::total_cmp).1 / NINTH
 }
 
+/// The ninth of 16 half-normal distances lies near 0.74 sigma; that from the best of all planes lower.
+const NINTH: f64 = 0.35;
+
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn least_ninth(q: &[Vec3; K]) -> f64 {
+fn least_ninth(q: &[Vec3; K], limit: f64) -> f64 {
     let around = Around::of(q);
     let norms = q.map(|p| p.norm());
+    // Distances beyond the limit are all the same.
     let mut best = f64::INFINITY;
     let mut d = [0.0; K];
     for a in 0..K {
@@ -99,7 +102,7 @@ fn least_ninth(q: &[Vec3; K]) -> f64 {
                 continue;
             }
             // Planes with fewer than nine neighbours nearer than the best so far are no better: most.
-            if around.near(&normal, best * length * (1.0 + 1e-9)) < 9 {
+            if around.near(&normal, best.min(limit) * length * (1.0 + 1e-9)) < 9 {
                 continue;
             }
             for (d, p) in d.iter_mut().zip(q) {
@@ -134,32 +137,67 @@ fn residual_variance(scene: &Scene, i: usize) -> Option<f64> {
         *slot = scene.points[j as usize] - origin;
     }
     let scale = q.iter().map(Vec3::norm_squared).fold(0.0, f64::max).sqrt().max(1e-300);
+    for p in &mut q {
+        *p /= scale;
+    }
     let mut w = scene.normals[i];
     let mut rss = f64::NAN;
     for _ in 0..2 {
         let (u, v) = perpendicular_frame(&w);
-        let mut a = SMatrix::<f64, 6, 6>::zeros();
-        let mut b = SVector::<f64, 6>::zeros();
-        let mut hh = 0.0;
-        for p in &q {
-            let (x, y, h) = (p.dot(&u) / scale, p.dot(&v) / scale, p.dot(&w) / scale);
-            let f = SVector::from([1.0, x, y, x * x, x * y, y * y]);
-            a += f * f.transpose();
-            b += f * h;
-            hh += h * h;
-        }
+        let columns = columns(&q, &[u, v, w]);
+        let (a, b) = moments(&columns);
         let c = a.cholesky()?.solve(&b);
-        // Residuals are summed again rather than taken as hh - c.b, which cancels on exact data.
-        rss = 0.0;
-        for p in &q {
-            let (x, y, h) = (p.dot(&u) / scale, p.dot(&v) / scale, p.dot(&w) / scale);
-            rss += (h - (c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * x * y + c[5] * y * y))
-                .powi(2);
-        }
+        // Residuals are summed again rather than taken from the moments, which cancels on exact data.
+        rss = residuals(&columns, &c.into());
         w = (w - u * c[1] - v * c[2]).normalize();
-        if !(hh.is_finite() && w.x.is_finite()) {
+        if !(rss.is_finite() && w.x.is_finite()) {
             return None;
         }
     }
     Some(rss / 10.0 * scale * scale)
+}
+
+/// Values at each point of 1, x, y, x2, xy, y2 and the height, in the frame (u, v, w).
+type Features = [[f64; K]; 7];
+
+#[inline(always)]
+fn columns(q: &[Vec3; K], frame: &[Vec3; 3]) -> Features {
+    let [x, y, h] = frame.map(|e| q.map(|p| p.dot(&e)));
+    let products = |a: &[f64; K], b: &[f64; K]| std::array::from_fn(|k| a[k] * b[k]);
+    [[1.0; K], x, y, products(&x, &x), products(&x, &y), products(&y, &y), h]
+}
+
+/// Sums of products of the features, and of each with the height.
+fn moments(columns: &Features) -> (SMatrix<f64, 6, 6>, SVector<f64, 6>) {
+    let mut a = SMatrix::<f64, 6, 6>::zeros();
+    for r in 0..6 {
+        for c in 0..=r {
+            a[(r, c)] = dot(&columns[r], &columns[c]);
+            a[(c, r)] = a[(r, c)];
+        }
+    }
+    (a, SVector::from_fn(|r, _| dot(&columns[r], &columns[6])))
+}
+
+/// The scalar product, in four parts whatever the machine.
+#[inline(always)]
+fn dot(a: &[f64; K], b: &[f64; K]) -> f64 {
+    let mut parts = [0.0; 4];
+    for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
+        for l in 0..4 {
+            parts[l] += a[l] * b[l];
+        }
+    }
+    (parts[0] + parts[2]) + (parts[1] + parts[3])
+}
+
+/// Squares of the heights' residuals about the quadric with coefficients `c`.
+fn residuals(columns: &Features, c: &[f64; 6]) -> f64 {
+    let mut left = columns[6];
+    for (c, column) in c.iter().zip(columns) {
+        for (l, v) in left.iter_mut().zip(column) {
+            *l -= c * v;
+        }
+    }
+    dot(&left, &left)
 }

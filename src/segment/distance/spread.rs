@@ -46,7 +46,7 @@ pub fn spread(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> Labe
     let several: Vec<u32> = open.iter().flat_map(|o| o.several.iter().copied()).collect();
     let none: Vec<u32> = open.iter().flat_map(|o| o.none.iter().copied()).collect();
     second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
-    let shares = settle_shared(points, model, &several, &mut labels, inverse);
+    let shares = settle_shared(points, &rulers, &several, &mut labels, inverse);
     Labelled { labels, shares }
 }
 
@@ -234,7 +234,7 @@ fn second_look(
 /// Places the points near several surfaces by their own and their neighbours' evidence.
 fn settle_shared(
     points: &[Vec3],
-    model: &Model,
+    rulers: &[Ruler],
     several: &[u32],
     labels: &mut [i32],
     inverse: f64,
@@ -261,7 +261,7 @@ fn settle_shared(
             let at = pool.partition_point(|&j| j < i);
             let near = runs.nearest(at, search).0.map(|k| pool.get(k as usize).copied());
             let near: Vec<u32> = near.into_iter().flatten().collect();
-            place(points, model, frozen, i, &near, inverse)
+            place(points, rulers, frozen, i, &near, inverse)
         })
         .collect();
     let mut shares = Vec::new();
@@ -279,7 +279,7 @@ const REACH: usize = 64;
 
 fn place(
     points: &[Vec3],
-    model: &Model,
+    rulers: &[Ruler],
     labels: &[i32],
     i: u32,
     near: &[u32],
@@ -289,8 +289,8 @@ fn place(
     let label = |j: u32| labels[j as usize];
     let mut found = [0; MOST];
     let m = candidates(own, near.iter().map(|&j| label(j)), &mut found);
-    let shape = |l: i32| &model.shapes[l as usize];
-    let (all, m) = energies(points, i as usize, near, &found[..m], shape, label, inverse);
+    let ruler = |l: i32| &rulers[l as usize];
+    let (all, m) = energies(points, i as usize, near, &found[..m], ruler, label, inverse);
     let best = all[..m].iter().min_by(|a, b| a.total().total_cmp(&b.total()));
     let share = posterior(all[..m].iter().map(|e| (e.label, e.evidence)));
     (best.map_or(own, |e| e.label), share)
