@@ -236,7 +236,8 @@ pub fn discover(
             choose(scene, found, families, 0)
         } else {
             // What is left has a graph of its own: strips a point or two wide hold together in it.
-            let mut rest = Scene::new(open.iter().map(|&i| scene.points[i as usize]).collect());
+            let open = open.iter().map(|&i| scene.points[i as usize]).collect();
+            let mut rest = Scene::watched(open, monitor)?;
             rest.sharpen_normals(families.sigma);
             let found = hypothesise(
                 &rest,
@@ -296,6 +297,7 @@ fn converge(
     for _ in 0..2 {
         monitor.check()?;
         settle(scene, model, families.sigma, 8);
+        monitor.check()?;
         retype(scene, model, families);
         model.merges += merge(scene, model, families);
         prune(model, MIN_NEW);
@@ -307,7 +309,9 @@ fn converge(
         }
         monitor.check()?;
         let gone = remove_needless(scene, model, families);
+        monitor.check()?;
         let swapped = swap_families(scene, model, families);
+        monitor.check()?;
         let broken = break_bridges(scene, model, families);
         model.merges += merge(scene, model, families);
         settle(scene, model, families.sigma, 8);
@@ -353,7 +357,8 @@ pub fn holds_surface(
 ) -> Result<bool, crate::segment::SegmentError> {
     const LIMIT: usize = 60_000;
     let m = left.len().min(LIMIT);
-    let mut scene = Scene::new((0..m).map(|k| left[k * left.len() / m]).collect());
+    let taken = (0..m).map(|k| left[k * left.len() / m]).collect();
+    let mut scene = Scene::watched(taken, monitor)?;
     scene.sharpen_normals(sigma);
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let families = Families {

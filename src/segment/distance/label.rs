@@ -71,7 +71,7 @@ pub fn energies<'s>(
         own[c] = r.distance(&points[i]).powi(2) * inverse;
         r.distances(around, &mut sq[c]);
         for (sq, least) in sq[c][..near.len()].iter_mut().zip(&mut least) {
-            *sq *= *sq * inverse;
+            *sq = sq.powi(2) * inverse;
             *least = least.min(*sq);
         }
     }

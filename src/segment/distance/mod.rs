@@ -32,7 +32,7 @@ use engine::Model;
 use family::{Families, Policy};
 use scene::{Scene, morton_order};
 
-use super::{Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
+use super::{Cancelled, Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
 use crate::fit::{Family, Shape};
 use crate::geometry::{PointCloud, Vec3};
 
@@ -67,7 +67,7 @@ pub fn segment(
 ) -> Result<Segmentation, SegmentError> {
     let found = find(&cloud.points, parameters, monitor)?;
     monitor.progress(Stage::Report, 0.95);
-    Ok(report::report(parameters, found))
+    Ok(report::report(parameters, found, monitor)?)
 }
 
 fn find(
@@ -76,7 +76,7 @@ fn find(
     monitor: &dyn Monitor,
 ) -> Result<Found, SegmentError> {
     monitor.progress(Stage::Prepare, 0.0);
-    let (points, centre, places) = distinct_points(cloud);
+    let (points, centre, places) = distinct_points(cloud, monitor)?;
     let n = points.len();
     let mut discovery = discover(&points, COARSE, parameters, monitor)?;
     let mut labelled = None;
@@ -93,9 +93,13 @@ fn find(
     }
     monitor.progress(Stage::Refine, 0.85);
     let Discovery { scene, mut model, sigma, noise } = discovery;
-    let labelled = labelled.unwrap_or_else(|| label_all(&points, &scene, &model, sigma));
+    let labelled = match labelled {
+        Some(labelled) => labelled,
+        None => label_all(&points, &scene, &model, sigma, monitor)?,
+    };
     if parameters.refine {
         finish::finish(&points, &labelled, &mut model, sigma);
+        monitor.check()?;
     }
     let (trials, merges) = (model.trials, model.merges);
     let counters =
@@ -111,13 +115,17 @@ fn find(
 /// The distinct points of a cloud in Morton order relative to their centre, that centre, and where each
 /// point of the cloud stands among them. Copies of a point say nothing new, and would fill its
 /// neighbourhood.
-fn distinct_points(cloud: &[Vec3]) -> (Vec<Vec3>, Vec3, Vec<u32>) {
-    let order = morton_order(cloud);
+fn distinct_points(
+    cloud: &[Vec3],
+    monitor: &dyn Monitor,
+) -> Result<(Vec<Vec3>, Vec3, Vec<u32>), Cancelled> {
+    let order = morton_order(cloud, monitor)?;
     let mut points: Vec<Vec3> = order.par_iter().map(|&i| cloud[i as usize]).collect();
     // Summed in this order and in chunks of one size: the centre must depend neither on the order of the input
     // nor on the number of threads.
     let sums: Vec<Vec3> = points.par_chunks(4096).map(|chunk| chunk.iter().sum()).collect();
     let centre = sums.iter().sum::<Vec3>() / cloud.len() as f64;
+    monitor.check()?;
     let mut places = vec![0; cloud.len()];
     let mut last = 0;
     for (k, &i) in order.iter().enumerate() {
@@ -129,7 +137,8 @@ fn distinct_points(cloud: &[Vec3]) -> (Vec<Vec3>, Vec3, Vec<u32>) {
     }
     points.truncate(last + 1);
     points.par_iter_mut().with_min_len(4096).for_each(|p| *p -= centre);
-    (points, centre, places)
+    monitor.check()?;
+    Ok((points, centre, places))
 }
 
 /// The place among `n` points of the `k`-th of `m` taken evenly.
@@ -138,7 +147,7 @@ fn place(k: usize, m: usize, n: usize) -> usize {
 }
 
 /// Points that surfaces are first looked for on.
-const COARSE: usize = 50_000;
+const COARSE: usize = 32_000;
 /// Points that surfaces are looked for on where the coarse sample is too thin for what is there.
 const FINE: usize = 320_000;
 /// Points of the sample that every surface must have for the sample to count as dense enough.
@@ -165,15 +174,18 @@ fn discover(
 ) -> Result<Discovery, SegmentError> {
     let n = points.len();
     let m = n.min(limit);
-    let mut scene = Scene::new((0..m).map(|k| points[place(k, m, n)]).collect());
+    let taken = (0..m).map(|k| points[place(k, m, n)]).collect();
+    let mut scene = Scene::watched(taken, monitor)?;
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let rounding = 5e-8 * extent;
     let noise = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(rounding);
+    monitor.check()?;
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
     let form = parameters.tolerance.map_or(0.0, |t| t / label::ACCEPT);
     let sigma = noise.max(form);
     let floor = if parameters.noise_sigma.is_some() { sigma } else { form.max(rounding) };
     scene.sharpen_normals(sigma);
+    monitor.check()?;
     let mut families = Families {
         allowed: Family::ALL.to_vec(),
         sigma,
@@ -191,12 +203,18 @@ fn discover(
     Ok(Discovery { scene, model, sigma, noise: if form > noise { noise } else { sigma } })
 }
 
-fn label_all(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> spread::Labelled {
+fn label_all(
+    points: &[Vec3],
+    scene: &Scene,
+    model: &Model,
+    sigma: f64,
+    monitor: &dyn Monitor,
+) -> Result<spread::Labelled, Cancelled> {
     if scene.len() == points.len() {
         let shares = finish::shares(scene, model, sigma);
-        spread::Labelled { labels: model.labels.clone(), shares }
+        Ok(spread::Labelled { labels: model.labels.clone(), shares })
     } else {
-        spread::spread(points, scene, model, sigma)
+        spread::spread(points, scene, model, sigma, monitor)
     }
 }
 
@@ -210,13 +228,14 @@ fn label_if_enough(
 ) -> Result<Option<spread::Labelled>, SegmentError> {
     if found.model.form_error && found.model.explained() > SEEN {
         // More points tell no more about surfaces that are off by more than the noise.
-        return Ok(Some(label_all(points, &found.scene, &found.model, found.sigma)));
+        let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
+        return Ok(Some(labelled));
     }
     let sizes = label::members(&found.model.labels, found.model.shapes.len());
     if sizes.iter().any(|g| g.len() < DENSE_ENOUGH) {
         return Ok(None);
     }
-    let labelled = spread::spread(points, &found.scene, &found.model, found.sigma);
+    let labelled = spread::spread(points, &found.scene, &found.model, found.sigma, monitor)?;
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
     let lacking =

@@ -271,6 +271,7 @@ fn nearest(all: &Runs, i: usize, search: &mut Search) -> ([u32; K], f64) {
 mod tests {
     use super::super::scene::morton_order;
     use super::*;
+    use crate::segment::Silent;
     use crate::segment::random::SplitMix64;
 
     /// The same by comparing with every point.
@@ -283,8 +284,11 @@ mod tests {
     }
 
     fn check(points: Vec<Vec3>) {
-        let points: Vec<Vec3> =
-            morton_order(&points).into_iter().map(|i| points[i as usize]).collect();
+        let points: Vec<Vec3> = morton_order(&points, &Silent)
+            .unwrap()
+            .into_iter()
+            .map(|i| points[i as usize])
+            .collect();
         let runs = Runs::of(&points);
         let (mut search, mut back) = (Search::default(), Search::default());
         for i in 0..points.len() {

@@ -14,19 +14,29 @@ use super::uncertainty::{self, Uncertainty};
 use super::{Found, place};
 use crate::fit::{Family, Ruler};
 use crate::geometry::Vec3;
-use crate::segment::{Extent, Fit, Neighbour, Parameters, Region, Segmentation, Unassigned};
+use crate::segment::{
+    Cancelled, Extent, Fit, Monitor, Neighbour, Parameters, Region, Segmentation, Unassigned,
+};
 
 /// Points worked on at once; fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 4096;
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
-pub fn report(parameters: &Parameters, found: Found) -> Segmentation {
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn report(
+    parameters: &Parameters,
+    found: Found,
+    monitor: &dyn Monitor,
+) -> Result<Segmentation, Cancelled> {
     let points = &found.points;
     let density = points.len() as f64 / found.scene.len() as f64;
     let spacing = found.scene.spacing / density.sqrt();
     let (candidates, mut free) = candidates(&found, asked_for(parameters));
     let (kept, mut reasons) = enforce(points, candidates, parameters);
     let mut labels = labels(&kept, points.len());
+    monitor.check()?;
     let mut others = Vec::new();
     if asked_for(parameters) {
         others = super::others::others(points, &free, spacing, found.noise, parameters);
@@ -40,22 +50,24 @@ pub fn report(parameters: &Parameters, found: Found) -> Segmentation {
     for (reason, n) in explain(&left, spacing, parameters.min_points) {
         *reasons.entry(reason).or_insert(0) += n;
     }
+    monitor.check()?;
     let tallies = tallies(points, &labels, &kept);
     let known: Vec<Known> =
         kept.par_iter().zip(&tallies).map(|(c, t)| Known::of(c, t, &found)).collect();
+    monitor.check()?;
     let joints = touching(&known, &labels, &found, density);
     let first = known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
     let further = others.iter().enumerate().map(|(k, o)| of_other_type(known.len() + k, o, &found));
     let mut regions: Vec<Region> = first.chain(further).collect();
     let labels = in_cloud_order(&labels, &found.places);
     count_points(&mut regions, &labels);
-    Segmentation {
+    Ok(Segmentation {
         regions,
         unassigned: unassigned(&labels, reasons),
         labels,
         parameters: resolved(parameters, &found),
         counters: found.counters,
-    }
+    })
 }
 
 fn in_cloud_order(labels: &[i32], places: &[u32]) -> Vec<i32> {

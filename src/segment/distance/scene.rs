@@ -6,6 +6,7 @@ use rayon::prelude::*;
 pub use super::nearest::K;
 use super::nearest::{Runs, Search};
 use crate::geometry::{Mat3, Vec3};
+use crate::segment::{Cancelled, Monitor, Silent};
 
 /// Points worked on at once; fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 512;
@@ -27,6 +28,20 @@ pub struct Scene {
 impl Scene {
     /// Builds the graph and the normals of points in Morton order. At least one point.
     pub fn new(points: Vec<Vec3>) -> Self {
+        Self::built(points, &Silent)
+    }
+
+    /// [`new`](Self::new) for many points.
+    ///
+    /// # Errors
+    /// `monitor` cancelled the work.
+    pub fn watched(points: Vec<Vec3>, monitor: &dyn Monitor) -> Result<Self, Cancelled> {
+        let scene = Self::built(points, monitor);
+        monitor.check().map(|()| scene)
+    }
+
+    /// The scene; half of one where `monitor` cancels meanwhile.
+    fn built(points: Vec<Vec3>, monitor: &dyn Monitor) -> Self {
         let n = points.len();
         let mut neighbours = vec![0u32; n * K];
         let mut normals = vec![Vec3::z(); n];
@@ -40,6 +55,9 @@ impl Scene {
             .zip(fourth.par_chunks_mut(CHUNK))
             .enumerate()
             .for_each(|(c, (((neighbours, normals), roughness), fourth))| {
+                if monitor.cancelled() {
+                    return;
+                }
                 let mut search = Search::default();
                 for (k, out) in neighbours.chunks_mut(K).enumerate() {
                     let i = c * CHUNK + k;
@@ -138,7 +156,8 @@ fn least_direction(m: &Mat3) -> (f64, Vec3) {
         let value = det - least * (minors - least * (trace - least));
         let slope = minors - least * (2.0 * trace - 3.0 * least);
         let step = value / slope;
-        if !(step.abs() > 1e-16) {
+        // not finite where three eigenvalues are nought
+        if step.is_nan() || step.abs() <= 1e-16 {
             break;
         }
         least += step;
@@ -244,7 +263,10 @@ const LARGE_BUCKET: usize = 1 << 15;
 
 /// Order of `points` along a Morton curve; equal codes by coordinates, so that the order of the
 /// input does not matter.
-pub fn morton_order(points: &[Vec3]) -> Vec<u32> {
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn morton_order(points: &[Vec3], monitor: &dyn Monitor) -> Result<Vec<u32>, Cancelled> {
     let (lo, hi) = bounds(points);
     let scale = 2_097_151.0 / (hi - lo).max().max(1e-300);
     let keyed: Vec<(u64, u32)> = points
@@ -266,15 +288,20 @@ pub fn morton_order(points: &[Vec3]) -> Vec<u32> {
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
         })
     };
+    monitor.check()?;
     let (mut keyed, ends) = bucketed(&keyed);
     slices(&mut keyed, &ends).into_par_iter().with_min_len(16).for_each(|bucket| {
+        if monitor.cancelled() {
+            return;
+        }
         if bucket.len() > LARGE_BUCKET {
             bucket.par_sort_unstable_by(compare);
         } else {
             bucket.sort_unstable_by(compare);
         }
     });
-    keyed.into_par_iter().map(|(_, i)| i).collect()
+    monitor.check()?;
+    Ok(keyed.into_par_iter().map(|(_, i)| i).collect())
 }
 
 /// Smallest and largest coordinates.
@@ -351,7 +378,11 @@ mod tests {
             let mut points = lattice(n, side, &mut random);
             points.extend([Vec3::zeros(), Vec3::repeat(side as f64 - 1.0)]);
             let sorted = |points: &[Vec3]| -> Vec<Vec3> {
-                morton_order(points).into_iter().map(|i| points[i as usize]).collect()
+                morton_order(points, &Silent)
+                    .unwrap()
+                    .into_iter()
+                    .map(|i| points[i as usize])
+                    .collect()
             };
             let scale = 2_097_151.0 / (side as f64 - 1.0);
             let code = |p: &Vec3| {
@@ -387,7 +418,7 @@ mod tests {
         let near: Vec<Vec3> =
             (0..50).map(|k| Vec3::new(1e-3 * f64::from(k * 37 % 50), 0.0, 0.0)).collect();
         let points: Vec<Vec3> = near.into_iter().chain([far]).collect();
-        let order = morton_order(&points);
+        let order = morton_order(&points, &Silent).unwrap();
         assert!(order.windows(2).all(|w| points[w[0] as usize].x < points[w[1] as usize].x));
     }
 }

@@ -13,6 +13,7 @@ use super::nearest::{Runs, Search};
 use super::scene::Scene;
 use crate::fit::Ruler;
 use crate::geometry::Vec3;
+use crate::segment::{Cancelled, Monitor};
 
 /// Points worked on at once; fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 4096;
@@ -30,7 +31,16 @@ pub struct Labelled {
 
 /// Labels `points` (in Morton order) from the model of a sample of them; sample point k is point
 /// k * points / sample.
-pub fn spread(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> Labelled {
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn spread(
+    points: &[Vec3],
+    scene: &Scene,
+    model: &Model,
+    sigma: f64,
+    monitor: &dyn Monitor,
+) -> Result<Labelled, Cancelled> {
     let around = Around::of(scene, &model.labels);
     let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
     let inverse = 1.0 / (sigma * sigma);
@@ -39,15 +49,20 @@ pub fn spread(points: &[Vec3], scene: &Scene, model: &Model, sigma: f64) -> Labe
         .par_chunks_mut(CHUNK)
         .enumerate()
         .map(|(c, labels)| {
+            if monitor.cancelled() {
+                return Open::default();
+            }
             let mut nearest = Nearest { rulers: &rulers, inverse, first: c * CHUNK, labels };
             nearest.label(points, &around)
         })
         .collect();
+    monitor.check()?;
     let several: Vec<u32> = open.iter().flat_map(|o| o.several.iter().copied()).collect();
     let none: Vec<u32> = open.iter().flat_map(|o| o.none.iter().copied()).collect();
     second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
+    monitor.check()?;
     let shares = settle_shared(points, &rulers, &several, &mut labels, inverse);
-    Labelled { labels, shares }
+    Ok(Labelled { labels, shares })
 }
 
 /// Points of a chunk that are near several surfaces, and those near none.
