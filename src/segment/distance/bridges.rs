@@ -16,9 +16,14 @@ use crate::fit::{Family, Shape, starts};
 use crate::geometry::Vec3;
 
 /// Normals of a surface at neighbouring points of one piece of it turn less than this (cosine).
-const SMOOTH: f64 = 0.9;
+const SMOOTH: f64 = 0.98;
 /// Share of the region's points that its pieces must hold together.
-const MOST: f64 = 0.8;
+const MOST: f64 = 0.5;
+/// How much worse in BIC a plane may do on one piece where planes do better on all together: a few leaked
+/// points bend a strip.
+const DOUBT: f64 = 30.0;
+/// Points of a piece that tell whether it is flat.
+const LEAST: usize = 24;
 /// Points of a piece that a plane is fitted to.
 const SAMPLE: usize = 1000;
 
@@ -27,13 +32,13 @@ type Piece = (Shape, Vec<u32>);
 
 /// Puts planes in the place of every curved surface that is curved in no connected piece of its region.
 /// Returns how many surfaces went.
-pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families, least: usize) -> usize {
+pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families) -> usize {
     let groups = members(&model.labels, model.shapes.len());
     let broken: Vec<Option<Vec<Piece>>> = model
         .shapes
         .par_iter()
         .zip(&groups)
-        .map(|(s, g)| planes_instead(scene, s, g, families, least))
+        .map(|(s, g)| planes_instead(scene, s, g, families))
         .collect();
     let mut count = 0;
     for (region, planes) in broken.into_iter().enumerate() {
@@ -63,29 +68,32 @@ fn planes_instead(
     shape: &Shape,
     group: &[u32],
     families: &Families,
-    least: usize,
 ) -> Option<Vec<Piece>> {
-    if shape.family == Family::Plane || group.len() < 2 * least {
+    if shape.family == Family::Plane || group.len() < 2 * LEAST {
         return None;
     }
     let mut pieces = smooth_pieces(scene, shape, group);
-    pieces.retain(|p| p.len() >= least);
+    pieces.retain(|p| p.len() >= LEAST);
     let held: usize = pieces.iter().map(Vec::len).sum();
     if pieces.len() < 2 || (held as f64) < MOST * group.len() as f64 {
         return None;
     }
     let sigma = families.sigma;
     let options = Options { cauchy: Some(4.0 * sigma), steps: 10, tolerance: 1e-5 };
-    pieces
-        .into_iter()
-        .map(|piece| {
-            let points = take(scene, &piece, SAMPLE);
-            let plane = fit(&starts::plane(&points)?, &points, None, &options)?.shape;
-            let own = fit(shape, &points, None, &options).map_or(*shape, |f| f.shape);
-            let (flat, curved) = (families.score(plane, &points), families.score(own, &points));
-            (flat.bic < curved.bic).then_some((plane, piece))
-        })
-        .collect()
+    let mut gain = 0.0;
+    let mut planes = Vec::with_capacity(pieces.len());
+    for piece in pieces {
+        let points = take(scene, &piece, SAMPLE);
+        let plane = fit(&starts::plane(&points)?, &points, None, &options)?.shape;
+        let own = fit(shape, &points, None, &options).map_or(*shape, |f| f.shape);
+        let saved = families.score(own, &points).bic - families.score(plane, &points).bic;
+        if saved < -DOUBT {
+            return None;
+        }
+        gain += saved;
+        planes.push((plane, piece));
+    }
+    (gain > 0.0).then_some(planes)
 }
 
 /// The pieces of a region over which its surface's normal turns steadily, larger ones first.

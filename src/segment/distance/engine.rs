@@ -312,7 +312,7 @@ fn converge(
         monitor.check()?;
         let swapped = swap_families(scene, model, families);
         monitor.check()?;
-        let broken = break_bridges(scene, model, families, MIN_NEW);
+        let broken = break_bridges(scene, model, families);
         model.merges += merge(scene, model, families);
         settle(scene, model, families.sigma, 8);
         if gone + swapped + broken == 0 {

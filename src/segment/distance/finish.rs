@@ -20,6 +20,8 @@ const INFLATION_SAMPLE: usize = 6_000;
 const CHUNK: usize = 4096;
 /// Cauchy's constant for residuals with a form error, in sigmas.
 const CAUCHY: f64 = 2.0;
+/// Residuals that shake the parameters this many times more than noise would show a form error.
+const DOUBLE: f64 = 2.0;
 /// Mean square that a simpler family may have where there is a form error, over the richer one's.
 const FORM: f64 = 1.5;
 
@@ -145,7 +147,7 @@ fn simplest(shape: &Shape, points: &Columns, total: f64, sigma: f64, cauchy: Opt
     let o = Options { cauchy, steps: 6, tolerance: 1e-7 };
     let fitted = |s: &Shape, steps| fit_columns(s, points, &Options { steps, ..o });
     let Some(f) = fitted(shape, o.steps) else { return *shape };
-    let simpler = nested(&f.shape, &points.origin());
+    let simpler = nested(&f.shape, &points.origin(), cauchy.is_some());
     if simpler.is_empty() {
         return f.shape;
     }
@@ -158,7 +160,8 @@ fn simplest(shape: &Shape, points: &Columns, total: f64, sigma: f64, cauchy: Opt
     };
     // How much of a form error is the family's is not for it to say.
     let within_form = |f: &Fitted, best: &Fitted| {
-        cauchy.is_some() && f.mean_sq < FORM * best.mean_sq.max(sigma * sigma)
+        (cauchy.is_some() || inflation > DOUBLE)
+            && f.mean_sq < FORM * best.mean_sq.max(sigma * sigma)
     };
     let mut best = f;
     for s in simpler {
@@ -172,7 +175,7 @@ fn simplest(shape: &Shape, points: &Columns, total: f64, sigma: f64, cauchy: Opt
 }
 
 /// Simpler shapes near this one where its points lie, for a start.
-fn nested(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
+fn nested(s: &Shape, centroid: &Vec3, form: bool) -> Vec<Shape> {
     let [a, b, c] = s.size;
     let o = s.offset(centroid);
     let plane = || {
@@ -185,8 +188,19 @@ fn nested(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
         Family::Cone => vec![round(Family::Cylinder, a.abs()), plane()],
         Family::EllipticCylinder => vec![round(Family::Cylinder, (a * b).sqrt()), plane()],
         Family::Ellipsoid => vec![round(Family::Sphere, (a * b * c).cbrt())],
+        // A tube whose axis hardly bends, a sheet: with a form error, a cylinder and a plane.
+        Family::Torus if form => vec![straightened(s, centroid), plane()],
         Family::Plane | Family::Torus => Vec::new(),
     }
+}
+
+/// The cylinder along a torus's tube where its points lie.
+fn straightened(s: &Shape, centroid: &Vec3) -> Shape {
+    let q = centroid - s.origin;
+    let w = s.w();
+    let radial = (q - w * q.dot(&w)).normalize();
+    let middle = s.origin + radial * s.size[0];
+    Shape::with_axis(Family::Cylinder, middle, w.cross(&radial), [s.size[1], 0.0, 0.0])
 }
 
 /// The shares of a scene's points beside boundaries.

@@ -17,7 +17,7 @@ use crate::segment::{Cancelled, Monitor};
 /// Hypotheses after which the form of a scene is first judged.
 const FORM_SAMPLE: usize = 16;
 /// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
-const CORRELATED: f64 = 0.1;
+const CORRELATED: f64 = 0.07;
 /// Multiples of sigma at which surfaces with a form error are looked for.
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Seeds that a level is judged by.

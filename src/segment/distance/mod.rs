@@ -153,6 +153,9 @@ const FINE: usize = 320_000;
 /// Points of the sample that every surface must have for the sample to count as dense enough.
 const DENSE_ENOUGH: usize = 200;
 
+/// Share of a sample that surfaces with a form error must explain for the sample to count as dense enough.
+const SEEN: f64 = 0.1;
+
 /// What was found on a sample.
 struct Discovery {
     scene: Scene,
@@ -223,7 +226,7 @@ fn label_if_enough(
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Option<spread::Labelled>, SegmentError> {
-    if found.model.form_error && found.model.explained() > 0.5 {
+    if found.model.form_error && found.model.explained() > SEEN {
         // More points tell no more about surfaces that are off by more than the noise.
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         return Ok(Some(labelled));

@@ -156,6 +156,7 @@ fn least_direction(m: &Mat3) -> (f64, Vec3) {
         let value = det - least * (minors - least * (trace - least));
         let slope = minors - least * (2.0 * trace - 3.0 * least);
         let step = value / slope;
+        // not finite where three eigenvalues are nought
         if step.is_nan() || step.abs() <= 1e-16 {
             break;
         }
