@@ -114,3 +114,75 @@ fn smooth_pieces(scene: &Scene, shape: &Shape, group: &[u32]) -> Vec<Vec<u32>> {
     let places = |set: Vec<u32>| set.into_iter().map(|k| group[k as usize]).collect();
     union.sets().into_iter().map(places).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::segment::Parameters;
+    use crate::segment::distance::family::Policy;
+    use crate::segment::random::SplitMix64;
+
+    const SIGMA: f64 = 0.02;
+
+    fn families() -> Families {
+        Families {
+            allowed: Family::ALL.to_vec(),
+            sigma: SIGMA,
+            floor: SIGMA,
+            max_radius: 1e4,
+            policy: Policy::of(&Parameters::default()),
+        }
+    }
+
+    fn uniform(random: &mut SplitMix64, from: f64, to: f64) -> f64 {
+        from + (to - from) * random.below(1 << 30) as f64 / f64::from(1 << 30)
+    }
+
+    fn noise(random: &mut SplitMix64) -> f64 {
+        SIGMA * (0..12).map(|_| uniform(random, -0.5, 0.5)).sum::<f64>()
+    }
+
+    fn broken(points: Vec<Vec3>, shape: Shape) -> (usize, Vec<Family>) {
+        let labels = vec![0; points.len()];
+        let scene = Scene::new(points);
+        let mut model = Model { shapes: vec![shape], labels, ..Model::default() };
+        let count = break_bridges(&scene, &mut model, &families());
+        (count, model.shapes.iter().map(|s| s.family).collect())
+    }
+
+    #[test]
+    fn a_cone_along_three_chamfers_gives_way_to_three_planes() {
+        let random = &mut SplitMix64::new(1);
+        let mut points = Vec::new();
+        for k in 0..3 {
+            let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 3.0).sin_cos();
+            let (ruling, across) =
+                (Vec3::new(cos, sin, 1.0).normalize(), Vec3::new(-sin, cos, 0.0));
+            let normal = ruling.cross(&across);
+            points.extend((0..150).map(|_| {
+                let (t, w) = (uniform(random, 15.0, 40.0), uniform(random, -0.5, 0.5));
+                t * ruling + w * across + noise(random) * normal
+            }));
+        }
+        let cone = Shape::with_axis(
+            Family::Cone,
+            Vec3::new(0.0, 0.0, 20.0),
+            Vec3::z(),
+            [20.0, std::f64::consts::FRAC_PI_4, 0.0],
+        );
+        assert_eq!(broken(points, cone), (1, vec![Family::Plane; 3]));
+    }
+
+    #[test]
+    fn two_pieces_of_a_cylinder_stay_one() {
+        let random = &mut SplitMix64::new(2);
+        let at = |k: usize, random: &mut SplitMix64| {
+            let (sin, cos) = uniform(random, -1.0, 1.0).sin_cos();
+            let (r, z) = (5.0 + noise(random), uniform(random, 0.0, 4.0) + 20.0 * (k % 2) as f64);
+            Vec3::new(r * cos, r * sin, z)
+        };
+        let points = (0..600).map(|k| at(k, random)).collect();
+        let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::z(), [5.0, 0.0, 0.0]);
+        assert_eq!(broken(points, shape), (0, vec![Family::Cylinder]));
+    }
+}

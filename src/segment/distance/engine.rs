@@ -54,6 +54,24 @@ pub fn take(scene: &Scene, members: &[u32], limit: usize) -> Vec<Vec3> {
     (0..m).map(|k| scene.points[members[k * members.len() / m] as usize]).collect()
 }
 
+/// Points and normals of a region's core, where all neighbours carry its label, at most about `limit`; of the
+/// whole region where the core is but a small part of it.
+pub fn take_core(
+    scene: &Scene,
+    labels: &[i32],
+    group: &[u32],
+    label: i32,
+    limit: usize,
+) -> (Vec<Vec3>, Vec<Vec3>) {
+    let inside =
+        |i: &u32| scene.neighbours(*i as usize).iter().all(|&j| labels[j as usize] == label);
+    let core: Vec<u32> = group.iter().copied().filter(inside).collect();
+    let set = if core.len() >= 60 && core.len() * 3 > group.len() { &core } else { group };
+    let m = set.len().min(limit);
+    let normals = (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect();
+    (take(scene, set, limit), normals)
+}
+
 fn refit(scene: &Scene, shapes: &mut [Shape], labels: &[i32], sigma: f64, limit: usize) {
     let groups = members(labels, shapes.len());
     shapes.par_iter_mut().zip(&groups).for_each(|(s, g)| {
@@ -140,19 +158,7 @@ pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
         .zip(&groups)
         .enumerate()
         .map(|(l, (s, g))| {
-            let core: Vec<u32> = g
-                .iter()
-                .copied()
-                .filter(|&i| {
-                    scene.neighbours(i as usize).iter().all(|&j| labels[j as usize] == l as i32)
-                })
-                .collect();
-            let set = if core.len() >= 60 && core.len() * 3 > g.len() { &core } else { g };
-            let points = take(scene, set, 2000);
-            let normals: Vec<Vec3> = {
-                let m = set.len().min(2000);
-                (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect()
-            };
+            let (points, normals) = take_core(scene, labels, g, l as i32, 2000);
             let worth = worth_trying(families, s, &points)?;
             let best = worth.best(&Patch { points: &points, normals: &normals }, &[*s], true)?;
             let whole = take(scene, g, 600);
@@ -160,12 +166,14 @@ pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
             (best.shape.family != s.family && sound).then_some(best.shape)
         })
         .collect();
-    let mut changed = 0;
-    for (s, n) in model.shapes.iter_mut().zip(next) {
-        if let Some(n) = n {
-            *s = n;
-            changed += 1;
-        }
+    put_in(&mut model.shapes, next)
+}
+
+/// Puts the new shapes in the place of the old ones. Returns how many there are.
+pub fn put_in(shapes: &mut [Shape], next: Vec<Option<Shape>>) -> usize {
+    let changed = next.iter().flatten().count();
+    for (s, n) in shapes.iter_mut().zip(next) {
+        *s = n.unwrap_or(*s);
     }
     changed
 }

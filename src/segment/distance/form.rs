@@ -22,8 +22,10 @@ const CORRELATED: f64 = 0.07;
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Seeds that a level is judged by.
 const LOOK: usize = 16;
-/// Growths from elsewhere in a hypothesis, and how many of them must end up the same.
-const REGROWN: (usize, usize) = (5, 3);
+/// Growths from elsewhere in a set of points that tell whether it is a surface's.
+const REGROWN: usize = 5;
+/// How many of them must end up the same.
+const ALIKE: usize = 3;
 /// Common share of two supports that are the same.
 const SAME: f64 = 0.75;
 
@@ -110,30 +112,31 @@ pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usi
 
 /// Whether most growths from elsewhere in a set of points end up with the same points.
 fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]) -> bool {
-    if points.len() < REGROWN.0 {
+    if points.len() < REGROWN {
         return false;
     }
     let mut own = points.to_vec();
     own.sort_unstable();
-    let mut same = |k: &usize| {
-        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.0)] as usize;
-        grow(scene, walk, families, seed, MIN_SUPPORT).is_some_and(|other| {
-            let common = other.support.iter().filter(|i| own.binary_search(i).is_ok()).count();
-            common as f64 > SAME * (own.len() + other.support.len() - common) as f64
-        })
-    };
     let (mut alike, mut other) = (0, 0);
-    for k in 0..REGROWN.0 {
-        if same(&k) {
+    for k in 0..REGROWN {
+        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN)] as usize;
+        let grown = grow(scene, walk, families, seed, MIN_SUPPORT);
+        if grown.is_some_and(|h| common_share(&own, &h.support) > SAME) {
             alike += 1;
         } else {
             other += 1;
         }
-        if alike == REGROWN.1 || other > REGROWN.0 - REGROWN.1 {
+        if alike == ALIKE || other > REGROWN - ALIKE {
             break;
         }
     }
-    alike == REGROWN.1
+    alike == ALIKE
+}
+
+/// Points in both of two sets over those in either; `sorted` rises.
+fn common_share(sorted: &[u32], other: &[u32]) -> f64 {
+    let common = other.iter().filter(|i| sorted.binary_search(i).is_ok()).count();
+    common as f64 / (sorted.len() + other.len() - common) as f64
 }
 
 /// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger
@@ -147,4 +150,47 @@ fn standing_out(hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
         .into_iter()
         .filter(|h| h.correlation <= 0.5 * CORRELATED && h.support.len() > 3 * typical)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Family;
+    use crate::geometry::Vec3;
+    use crate::segment::Parameters;
+    use crate::segment::distance::family::Policy;
+    use crate::segment::random::SplitMix64;
+
+    #[test]
+    fn a_whole_face_is_a_surface_and_half_of_one_is_not() {
+        let random = &mut SplitMix64::new(3);
+        let mut unit = || random.below(1 << 30) as f64 / f64::from(1 << 30);
+        // two faces with a gap between them; of the second only one half has a region
+        let mut points: Vec<Vec3> =
+            (0..1200).map(|_| Vec3::new(10.0 * unit(), 10.0 * unit(), 0.01 * unit())).collect();
+        points.extend(
+            (0..1200).map(|_| Vec3::new(30.0 + 10.0 * unit(), 10.0 * unit(), 0.01 * unit())),
+        );
+        let side = |p: &Vec3| match p.x {
+            x if x < 20.0 => 0,
+            x if x < 35.0 => 1,
+            _ => -1,
+        };
+        let labels: Vec<i32> = points.iter().map(side).collect();
+        let sigma = 0.003;
+        let families = Families {
+            allowed: Family::ALL.to_vec(),
+            sigma,
+            floor: sigma,
+            max_radius: 1e3,
+            policy: Policy::of(&Parameters::default()),
+        };
+        assert_eq!(spurious(&Scene::new(points), &families, &labels, 2), [false, true]);
+    }
+
+    #[test]
+    fn the_common_share_is_that_of_both_in_either() {
+        assert_eq!(common_share(&[1, 2, 3, 4], &[4, 3, 9, 8]), 2.0 / 6.0);
+        assert_eq!(common_share(&[1, 2], &[2, 1]), 1.0);
+    }
 }

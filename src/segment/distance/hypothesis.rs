@@ -254,7 +254,6 @@ fn grow_from(
             let patch = Patch { points: &points, normals: &normals };
             let Some(found) = families.thorough(&patch, &shape) else { break };
             best = found;
-            fresh = true;
             continue;
         }
         support = next;

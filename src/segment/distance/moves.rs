@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::engine::{Model, borders, retain, take};
+use super::engine::{Model, borders, put_in, retain, take, take_core};
 use super::family::{Families, Scored};
 use super::label::{self, ACCEPT, MOST, best_of, members};
 use super::scene::Scene;
@@ -354,14 +354,7 @@ pub fn swap_families(scene: &Scene, model: &mut Model, families: &Families) -> u
             },
         )
         .collect();
-    let mut changed = 0;
-    for (s, n) in model.shapes.iter_mut().zip(next) {
-        if let Some(n) = n {
-            *s = n;
-            changed += 1;
-        }
-    }
-    changed
+    put_in(&mut model.shapes, next)
 }
 
 /// One shape of every other family that comes near explaining the region.
@@ -372,17 +365,7 @@ fn candidates(
     group: &[u32],
     region: usize,
 ) -> Vec<Shape> {
-    let l = region as i32;
-    let core: Vec<u32> = group
-        .iter()
-        .copied()
-        .filter(|&i| scene.neighbours(i as usize).iter().all(|&j| model.labels[j as usize] == l))
-        .collect();
-    let set = if core.len() >= 60 && core.len() * 3 > group.len() { &core } else { group };
-    let points = take(scene, set, 600);
-    let m = set.len().min(600);
-    let normals: Vec<Vec3> =
-        (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect();
+    let (points, normals) = take_core(scene, &model.labels, group, region as i32, 600);
     let current = model.shapes[region];
     let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
     let size = points.iter().map(|p| (p - centroid).norm()).fold(0.0, f64::max);

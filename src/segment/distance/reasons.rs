@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::noise::VOLUME;
 use super::scene::{K, Scene};
 use super::union::Union;
 use crate::geometry::Vec3;
@@ -12,8 +13,6 @@ const SAMPLE: usize = 50_000;
 const REACH: f64 = 2.5;
 /// Fewer points than this in one place are isolated.
 const ISOLATED: usize = 10;
-/// Above this median roughness a group fills a volume (1/3 in an even filling) rather than a sheet.
-const VOLUME: f64 = 0.12;
 
 /// Why a point has no region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -84,19 +83,13 @@ fn groups(scene: &Scene, reach: f64) -> Vec<Vec<u32>> {
 }
 
 fn judge(scene: &Scene, group: &[u32], size: usize, min_points: usize) -> Reason {
-    if size < ISOLATED || median_roughness(scene, group) > VOLUME {
+    if size < ISOLATED || scene.median_roughness(group.iter().copied()) > VOLUME {
         Reason::Outlier
     } else if size < min_points {
         Reason::TooSmall
     } else {
         Reason::NoQuadric
     }
-}
-
-fn median_roughness(scene: &Scene, group: &[u32]) -> f64 {
-    let mut r: Vec<f32> = group.iter().map(|&i| scene.roughness[i as usize]).collect();
-    let mid = r.len() / 2;
-    f64::from(*r.select_nth_unstable_by(mid, f32::total_cmp).1)
 }
 
 #[cfg(test)]

@@ -109,6 +109,13 @@ impl Scene {
         &self.neighbours[i * K..(i + 1) * K]
     }
 
+    /// Median roughness of the neighbourhoods of some points, at least one.
+    pub fn median_roughness(&self, points: impl Iterator<Item = u32>) -> f32 {
+        let mut rough: Vec<f32> = points.map(|i| self.roughness[i as usize]).collect();
+        let mid = rough.len() / 2;
+        *rough.select_nth_unstable_by(mid, f32::total_cmp).1
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.points.len()

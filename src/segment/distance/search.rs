@@ -12,9 +12,9 @@ use crate::segment::{Cancelled, Monitor};
 const BATCH: usize = 4;
 /// Failed seeds that one draw of the policy stands for.
 const DRAW: usize = 8;
-/// The search ends when this many draws of seeds together
+/// Batches of seeds over which the search looks at what it still gains.
 const LOOK_BACK: usize = 64;
-/// cover fewer new points a seed than this: what is left is noise, freeform or clutter.
+/// New points a seed of those batches below which it ends: what is left is noise, freeform or clutter.
 const LEAST_YIELD: usize = 2;
 /// Points a hypothesis needs to be kept.
 pub const MIN_SUPPORT: usize = 30;
