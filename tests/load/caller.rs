@@ -11,15 +11,20 @@ pub enum Interface {
 }
 
 /// The times in seconds of requests that one caller makes, each after the answer to the one before,
-/// until `time` is over.
-pub async fn ask(interface: Interface, url: String, cloud: Bytes, time: Duration) -> Vec<f64> {
-    let (begin, mut times) = (Instant::now(), Vec::new());
+/// until `done` says so.
+pub async fn ask_until(
+    interface: Interface,
+    url: String,
+    cloud: Bytes,
+    done: impl Fn() -> bool,
+) -> Vec<f64> {
+    let mut times = Vec::new();
     let http = reqwest::Client::new();
     let mut grpc = match interface {
         Interface::Http => None,
         Interface::Grpc => Some(SegmentationsClient::connect(url.clone()).await.unwrap()),
     };
-    while begin.elapsed() < time {
+    while !done() {
         let asked = Instant::now();
         match &mut grpc {
             Some(client) => {
@@ -36,6 +41,12 @@ pub async fn ask(interface: Interface, url: String, cloud: Bytes, time: Duration
         times.push(asked.elapsed().as_secs_f64());
     }
     times
+}
+
+/// The same, until `time` is over.
+pub async fn ask(interface: Interface, url: String, cloud: Bytes, time: Duration) -> Vec<f64> {
+    let begin = Instant::now();
+    ask_until(interface, url, cloud, || begin.elapsed() >= time).await
 }
 
 /// What a number of callers got.
@@ -69,6 +80,13 @@ pub async fn ask_all(
 }
 
 impl Times {
+    /// Those of one caller.
+    pub fn of(mut times: Vec<f64>) -> Self {
+        let rate = times.len() as f64 / times.iter().sum::<f64>();
+        times.sort_by(f64::total_cmp);
+        Self { sorted: times, rate }
+    }
+
     /// The time in milliseconds that `share` of the requests kept to.
     pub fn quantile_ms(&self, share: f64) -> f64 {
         quantile(&self.sorted, share) * 1e3
