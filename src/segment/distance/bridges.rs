@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::engine::{Model, take};
 use super::family::Families;
+use super::hypothesis::Walk;
 use super::label::members;
 use super::scene::Scene;
 use super::union::Union;
@@ -24,8 +25,9 @@ const MOST: f64 = 0.5;
 const DOUBT: f64 = 30.0;
 /// Points of a piece that tell whether it is flat.
 const LEAST: usize = 24;
-/// Points of a piece that a plane is fitted to.
+/// Points of a piece that a plane is fitted to, and of one that mostly shows its curvature.
 const SAMPLE: usize = 1000;
+const LOOK: usize = 250;
 
 /// A plane and its points.
 type Piece = (Shape, Vec<u32>);
@@ -38,7 +40,15 @@ pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families) -> u
         .shapes
         .par_iter()
         .zip(&groups)
-        .map(|(s, g)| planes_instead(scene, s, g, families))
+        .map_init(
+            || Walk::new(scene.len()),
+            |walk, (s, g)| {
+                let suspect = s.family != Family::Plane
+                    && g.len() >= 2 * LEAST
+                    && !is_curved(scene, walk, s, g, &model.labels, families);
+                suspect.then(|| planes_instead(scene, s, g, families)).flatten()
+            },
+        )
         .collect();
     let mut count = 0;
     for (region, planes) in broken.into_iter().enumerate() {
@@ -62,6 +72,34 @@ pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families) -> u
     count
 }
 
+/// Whether a region's surface is curved over the piece around its middle member: a look that saves going
+/// through all pieces of most.
+fn is_curved(
+    scene: &Scene,
+    walk: &mut Walk,
+    shape: &Shape,
+    group: &[u32],
+    labels: &[i32],
+    families: &Families,
+) -> bool {
+    let middle = group[group.len() / 2];
+    let own = labels[middle as usize];
+    let normal = |i: usize| shape.offset(&scene.points[i]).normal;
+    let near = walk.run(scene, &[middle], LOOK, |from, to| {
+        from.is_none_or(|from| labels[to] == own && normal(from).dot(&normal(to)) > SMOOTH)
+    });
+    near.len() >= LEAST
+        && gain_of_plane(shape, &take(scene, near, LOOK), families).is_some_and(|g| g.1 < -DOUBT)
+}
+
+/// The plane through some of a surface's points, and how much less it costs there in BIC.
+fn gain_of_plane(shape: &Shape, points: &[Vec3], families: &Families) -> Option<(Shape, f64)> {
+    let options = Options { cauchy: Some(4.0 * families.sigma), steps: 10, tolerance: 1e-5 };
+    let plane = fit(&starts::plane(points)?, points, None, &options)?.shape;
+    let own = fit(shape, points, None, &options).map_or(*shape, |f| f.shape);
+    Some((plane, families.score(own, points).bic - families.score(plane, points).bic))
+}
+
 /// A plane for each large piece of a curved region, where all of them are flat and there are several.
 fn planes_instead(
     scene: &Scene,
@@ -69,24 +107,16 @@ fn planes_instead(
     group: &[u32],
     families: &Families,
 ) -> Option<Vec<Piece>> {
-    if shape.family == Family::Plane || group.len() < 2 * LEAST {
-        return None;
-    }
     let mut pieces = smooth_pieces(scene, shape, group);
     pieces.retain(|p| p.len() >= LEAST);
     let held: usize = pieces.iter().map(Vec::len).sum();
     if pieces.len() < 2 || (held as f64) < MOST * group.len() as f64 {
         return None;
     }
-    let sigma = families.sigma;
-    let options = Options { cauchy: Some(4.0 * sigma), steps: 10, tolerance: 1e-5 };
     let mut gain = 0.0;
     let mut planes = Vec::with_capacity(pieces.len());
     for piece in pieces {
-        let points = take(scene, &piece, SAMPLE);
-        let plane = fit(&starts::plane(&points)?, &points, None, &options)?.shape;
-        let own = fit(shape, &points, None, &options).map_or(*shape, |f| f.shape);
-        let saved = families.score(own, &points).bic - families.score(plane, &points).bic;
+        let (plane, saved) = gain_of_plane(shape, &take(scene, &piece, SAMPLE), families)?;
         if saved < -DOUBT {
             return None;
         }

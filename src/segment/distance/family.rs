@@ -13,6 +13,9 @@ const SCREEN: usize = 250;
 /// chi2 of these few beyond which that family is out.
 const GLANCE: usize = 80;
 const HOPELESS: f64 = 3.0;
+/// Difference in chi2 of two fits of one family that are the same, and how many unlike ones are followed up.
+const SAME: f64 = 0.1;
+const PROMISING: usize = 2;
 /// A gain in BIC that is not worth growing on for.
 const LITTLE: f64 = 4.0;
 
@@ -145,11 +148,20 @@ impl Families {
             .collect()
     }
 
-    /// A start after a fit to a few of the points; `None` where the family will not explain them.
-    fn promising(&self, start: &Shape, few: Option<&[Vec3]>) -> Option<Shape> {
-        let Some(few) = few else { return Some(*start) };
-        let fitted = self.polish(start, few, 14)?.shape;
-        (self.score(fitted, few).reduced < HOPELESS).then_some(fitted)
+    /// The starts after a fit of each to a few of the points, the better ones first, those of one kind once;
+    /// without those whose family will not explain the points.
+    fn promising(&self, starts: Vec<Shape>, few: &[Vec3], hopeless: f64) -> Vec<Shape> {
+        let mut fitted: Vec<Scored> = starts
+            .iter()
+            .filter_map(|s| self.polish(s, few, 14))
+            .map(|f| self.score(f.shape, few))
+            .filter(|s| s.reduced < hopeless)
+            .collect();
+        fitted.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
+        // What came to the same cost came to the same place.
+        fitted.dedup_by(|b, a| b.chi2 - a.chi2 < SAME);
+        fitted.truncate(PROMISING);
+        fitted.into_iter().map(|s| s.shape).collect()
     }
 
     fn fit_in_turn(&self, patch: &Patch<'_>, warm: &[Shape], all: bool) -> Vec<Scored> {
@@ -157,8 +169,9 @@ impl Families {
             return self.screened(patch, warm);
         }
         let n = patch.points.len();
-        let few: Option<Vec<Vec3>> = (!all && n >= 4 * GLANCE)
-            .then(|| (0..GLANCE).map(|k| patch.points[k * n / GLANCE]).collect());
+        let few: Option<Vec<Vec3>> =
+            (n >= 2 * GLANCE).then(|| (0..GLANCE).map(|k| patch.points[k * n / GLANCE]).collect());
+        let hopeless = if all { f64::INFINITY } else { HOPELESS };
         let quadrics = std::cell::OnceCell::new();
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut out: Vec<Scored> = Vec::new();
@@ -167,8 +180,11 @@ impl Families {
                 break;
             }
             let mut own: Option<Scored> = None;
-            for s in self.starts(family, patch, &seen, &quadrics) {
-                let Some(s) = self.promising(&s, few.as_deref()) else { continue };
+            let mut starts = self.starts(family, patch, &seen, &quadrics);
+            if let Some(few) = &few {
+                starts = self.promising(starts, few, hopeless);
+            }
+            for s in starts {
                 let Some(f) = self.polish(&s, patch.points, 14) else { continue };
                 if self.degenerate(&f.shape) {
                     continue;

@@ -269,9 +269,8 @@ fn grow_from(
                 fresh = false;
             }
             _ => {
-                let mut starts = vec![shape];
-                starts.extend(warm.map(|w| w.shape));
-                let Some(next) = families.best(&patch, &starts, false) else { break };
+                let start = warm.map_or(shape, |w| w.shape);
+                let Some(next) = families.best(&patch, &[start], false) else { break };
                 best = next;
                 fresh = true;
             }

@@ -102,24 +102,33 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
     }
 }
 
+/// Points of each region that the cheap look takes.
+const GLANCE: usize = 100;
+
 /// A cheap look before the joint fit: whether sizes and directions are near enough to try.
 fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
+    let axial = a.family != Family::Sphere && a.family != Family::Ellipsoid;
+    if axial && a.w().dot(&b.w()).abs() <= 0.9 {
+        return false;
+    }
+    let glance = |p: &[Vec3]| -> Vec<Vec3> {
+        let m = p.len().min(GLANCE);
+        (0..m).map(|k| p[k * p.len() / m]).collect()
+    };
+    let (pa, pb) = (glance(pa), glance(pb));
     let reach = |p: &[Vec3]| {
         let c = p.iter().sum::<Vec3>() / p.len().max(1) as f64;
         p.iter().map(|x| (x - c).norm()).fold(0.0, f64::max)
     };
-    let size = reach(pa).max(reach(pb));
-    let worst = |s: &Shape, p: &[Vec3]| {
+    let size = reach(&pa).max(reach(&pb));
+    let typical = |s: &Shape, p: &[Vec3]| {
         let mut d: Vec<f64> = p.iter().map(|x| s.distance(x).abs()).collect();
-        let k = d.len() / 2;
         if d.is_empty() {
             // a region may have lost its last points to its neighbours
             return f64::INFINITY;
         }
-        *d.select_nth_unstable_by(k, f64::total_cmp).1
+        let middle = d.len() / 2;
+        *d.select_nth_unstable_by(middle, f64::total_cmp).1
     };
-    worst(a, pb).min(worst(b, pa)) < 0.1 * size && {
-        let axial = a.family != Family::Sphere && a.family != Family::Ellipsoid;
-        !axial || a.w().dot(&b.w()).abs() > 0.9
-    }
+    typical(a, &pb).min(typical(b, &pa)) < 0.1 * size
 }

@@ -264,51 +264,80 @@ fn consensus_normal(q: &[Vec3; K], limit: f64) -> Option<Vec3> {
 
 /// Leading bits of the codes by which points are put into buckets before each bucket is sorted: enough that
 /// a bucket fits in the cache.
-const BUCKET_BITS: u32 = 15;
+const BUCKET_BITS: u32 = 12;
+/// Parts of the points that are put into buckets side by side.
+const PARTS: usize = 16;
 /// A bucket of more points than this is sorted by all threads.
 const LARGE_BUCKET: usize = 1 << 15;
 
 /// Order of `points` along a Morton curve; equal codes by coordinates, so that the order of the
 /// input does not matter.
 ///
+/// Sorted by the code's leading bits and the place in the input, which fit into one word together; points whose
+/// leading bits are the same, few in any cloud of a surface, are then sorted by what else there is.
+///
 /// # Errors
 /// `monitor` cancelled the work.
 pub fn morton_order(points: &[Vec3], monitor: &dyn Monitor) -> Result<Vec<u32>, Cancelled> {
     let (lo, hi) = bounds(points);
     let scale = 2_097_151.0 / (hi - lo).max().max(1e-300);
-    let keyed: Vec<(u64, u32)> = points
-        .par_iter()
-        .enumerate()
-        .map(|(i, p)| {
-            let q = (p - lo) * scale;
-            let code = spread(q.x as u64) | spread(q.y as u64) << 1 | spread(q.z as u64) << 2;
-            (code, i as u32)
+    let code = |p: &Vec3| {
+        let q = (p - lo) * scale;
+        spread(q.x as u64) | spread(q.y as u64) << 1 | spread(q.z as u64) << 2
+    };
+    let place_bits = (points.len() as u64).next_power_of_two().trailing_zeros().max(1);
+    let place_of = |key: u64| (key & ((1 << place_bits) - 1)) as u32;
+    let first = |part: usize| part * points.len() / PARTS;
+    let parts: Vec<Bucketed> = (0..PARTS)
+        .into_par_iter()
+        .map(|part| {
+            let range = first(part)..first(part + 1);
+            let key = |i: usize| (code(&points[i]) >> (place_bits - 1)) << place_bits | i as u64;
+            Bucketed::of(range.map(key).collect())
         })
         .collect();
-    let at = |i: u32| {
+    monitor.check()?;
+    let buckets = 1 << BUCKET_BITS;
+    let length = |b: usize| parts.iter().map(|p| p.bucket(b).len()).sum::<usize>();
+    let mut sum = 0;
+    let ends: Vec<usize> = (0..buckets).map(|b| (sum += length(b), sum).1).collect();
+    let full = |i: u32| {
         let p = &points[i as usize];
-        (p.x, p.y, p.z)
+        (code(p), p)
     };
-    let compare = |a: &(u64, u32), b: &(u64, u32)| {
-        a.0.cmp(&b.0).then_with(|| {
-            let (p, q) = (at(a.1), at(b.1));
-            p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
-        })
+    let compare = |a: &u32, b: &u32| {
+        let ((a, p), (b, q)) = (full(*a), full(*b));
+        a.cmp(&b).then(p.x.total_cmp(&q.x)).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z))
     };
+    let mut order = vec![0; points.len()];
+    slices(&mut order, &ends).into_par_iter().enumerate().with_min_len(16).for_each_init(
+        Vec::new,
+        |keys, (b, order)| {
+            if monitor.cancelled() {
+                return;
+            }
+            keys.clear();
+            parts.iter().for_each(|p| keys.extend_from_slice(p.bucket(b)));
+            if keys.len() > LARGE_BUCKET {
+                keys.par_sort_unstable();
+            } else {
+                keys.sort_unstable();
+            }
+            order.iter_mut().zip(&*keys).for_each(|(i, key)| *i = place_of(*key));
+            let mut from = 0;
+            for run in keys.chunk_by(|a, b| a >> place_bits == b >> place_bits) {
+                let run = from..from + run.len();
+                from = run.end;
+                if run.len() > LARGE_BUCKET {
+                    order[run].par_sort_unstable_by(compare);
+                } else if run.len() > 1 {
+                    order[run].sort_unstable_by(compare);
+                }
+            }
+        },
+    );
     monitor.check()?;
-    let (mut keyed, ends) = bucketed(&keyed);
-    slices(&mut keyed, &ends).into_par_iter().with_min_len(16).for_each(|bucket| {
-        if monitor.cancelled() {
-            return;
-        }
-        if bucket.len() > LARGE_BUCKET {
-            bucket.par_sort_unstable_by(compare);
-        } else {
-            bucket.sort_unstable_by(compare);
-        }
-    });
-    monitor.check()?;
-    Ok(keyed.into_par_iter().map(|(_, i)| i).collect())
+    Ok(order)
 }
 
 /// Smallest and largest coordinates.
@@ -321,27 +350,37 @@ fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
         .reduce(none, |a, b| (a.0.inf(&b.0), a.1.sup(&b.1)))
 }
 
-/// The codes by bucket, in rising order of their leading bits, and where each bucket that holds any ends.
-fn bucketed(keyed: &[(u64, u32)]) -> (Vec<(u64, u32)>, Vec<usize>) {
-    let bucket = |code: u64| (code >> (63 - BUCKET_BITS)) as usize;
-    let mut next = vec![0usize; 1 << BUCKET_BITS];
-    keyed.iter().for_each(|k| next[bucket(k.0)] += 1);
-    let (mut sum, mut ends) = (0, Vec::new());
-    for n in &mut next {
-        let from = sum;
-        sum += *n;
-        if *n > 0 {
-            ends.push(sum);
+/// Keys by bucket, in rising order of their leading bits.
+struct Bucketed {
+    keys: Vec<u64>,
+    /// Where each bucket ends.
+    ends: Vec<u32>,
+}
+
+impl Bucketed {
+    fn of(keys: Vec<u64>) -> Self {
+        let bucket = |key: u64| (key >> (64 - BUCKET_BITS)) as usize;
+        let mut ends = vec![0u32; 1 << BUCKET_BITS];
+        keys.iter().for_each(|k| ends[bucket(*k)] += 1);
+        let mut sum = 0;
+        for n in &mut ends {
+            let from = sum;
+            sum += *n;
+            *n = from;
         }
-        *n = from;
+        let mut out = vec![0; keys.len()];
+        for k in keys {
+            let place = &mut ends[bucket(k)];
+            out[*place as usize] = k;
+            *place += 1;
+        }
+        Self { keys: out, ends }
     }
-    let mut out = vec![(0, 0); keyed.len()];
-    for k in keyed {
-        let place = &mut next[bucket(k.0)];
-        out[*place] = *k;
-        *place += 1;
+
+    fn bucket(&self, b: usize) -> &[u64] {
+        let from = if b == 0 { 0 } else { self.ends[b - 1] };
+        &self.keys[from as usize..self.ends[b] as usize]
     }
-    (out, ends)
 }
 
 /// The parts of a slice that end at `ends`.

@@ -58,7 +58,7 @@ pub fn hypothesise(
             break;
         }
         let mut seeds = Vec::new();
-        for _ in 0..BATCH.min(1 + pool.len() / 40) {
+        for _ in 0..BATCH.min(2 + pool.len() / 12_000) {
             // The smoothest of a few: interiors before edges, yet a tight arc has its turn.
             let pick = (0..8)
                 .map(|_| random.below(pool.len()))
