@@ -37,7 +37,7 @@ fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
 }
 
 /// The hypotheses of a scene, and whether its surfaces have a form error, of which the families' sigma
-/// takes account then.
+/// takes account then. None of them where form errors are not looked for.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -53,6 +53,9 @@ pub fn hypotheses(
     let first = hypothesise(scene, families, usize::MAX, seed, trials, early, monitor)?;
     if !doubtful(&first) {
         return Ok((first, false));
+    }
+    if !families.policy.form {
+        return Ok((Vec::new(), true));
     }
     let whole = |_: &[Hypothesis]| false;
     let mut levels = Vec::new();

@@ -77,26 +77,9 @@ fn find(
 ) -> Result<Found, SegmentError> {
     monitor.progress(Stage::Prepare, 0.0);
     let (points, centre, places) = distinct_points(cloud, monitor)?;
-    let n = points.len();
-    let mut discovery = discover(&points, COARSE, parameters, monitor)?;
-    let mut labelled = None;
-    if n > COARSE {
-        labelled = label_if_enough(&points, &discovery, parameters, monitor)?;
-        if labelled.is_none() {
-            let fine = discover(&points, FINE, parameters, monitor)?;
-            // With a form error it may be the thinner sample that sees the surfaces.
-            if !discovery.model.form_error || fine.model.explained() >= discovery.model.explained()
-            {
-                discovery = fine;
-            }
-        }
-    }
+    let (discovery, labelled) = discover_on_samples(&points, parameters, monitor)?;
     monitor.progress(Stage::Refine, 0.85);
     let Discovery { scene, mut model, sigma, noise } = discovery;
-    let labelled = match labelled {
-        Some(labelled) => labelled,
-        None => label_all(&points, &scene, &model, sigma, monitor)?,
-    };
     if parameters.refine {
         finish::finish(&points, &labelled, &mut model, sigma);
         monitor.check()?;
@@ -147,14 +130,48 @@ fn place(k: usize, m: usize, n: usize) -> usize {
 }
 
 /// Points that surfaces are first looked for on.
-const COARSE: usize = 50_000;
-/// Points that surfaces are looked for on where the coarse sample is too thin for what is there.
+const COARSE: usize = 25_000;
+/// Points that surfaces with a form error are looked for on.
+const FORM: usize = 50_000;
+/// Points that surfaces are looked for on where the others are too thin for what is there.
 const FINE: usize = 320_000;
 /// Points of the sample that every surface must have for the sample to count as dense enough.
 const DENSE_ENOUGH: usize = 200;
 
 /// Share of a sample that surfaces with a form error must explain for the sample to count as dense enough.
 const SEEN: f64 = 0.1;
+
+/// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
+fn discover_on_samples(
+    points: &[Vec3],
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<(Discovery, spread::Labelled), SegmentError> {
+    let n = points.len();
+    // A sample of most of the points saves nothing.
+    let mut size = if n <= 2 * COARSE { n } else { COARSE };
+    let mut last: Option<Discovery> = None;
+    loop {
+        let form = size >= n.min(FORM);
+        let mut found = discover(points, size, form, parameters, monitor)?;
+        // With a form error it may be the thinner sample that sees the surfaces.
+        if let Some(last) = last.take().filter(|l| l.model.form_error)
+            && last.model.explained() > found.model.explained()
+        {
+            found = last;
+        }
+        if size >= n.min(FINE) {
+            let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
+            return Ok((found, labelled));
+        }
+        match judge(points, &found, parameters, monitor)? {
+            Judged::Enough(labelled) => return Ok((found, labelled)),
+            // A third look but for form errors would cost more than it saves.
+            Judged::Thin(more) => size = if more > FINE / 2 { FINE } else { more.max(2 * size) },
+        }
+        last = Some(found);
+    }
+}
 
 /// What was found on a sample.
 struct Discovery {
@@ -165,10 +182,12 @@ struct Discovery {
     noise: f64,
 }
 
-/// Finds surfaces on at most `limit` of the points, evenly along their Morton order.
+/// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
+/// only where `form` says so.
 fn discover(
     points: &[Vec3],
     limit: usize,
+    form: bool,
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Discovery, SegmentError> {
@@ -181,9 +200,9 @@ fn discover(
     let noise = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(rounding);
     monitor.check()?;
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
-    let form = parameters.tolerance.map_or(0.0, |t| t / label::ACCEPT);
-    let sigma = noise.max(form);
-    let floor = if parameters.noise_sigma.is_some() { sigma } else { form.max(rounding) };
+    let allowed = parameters.tolerance.map_or(0.0, |t| t / label::ACCEPT);
+    let sigma = noise.max(allowed);
+    let floor = if parameters.noise_sigma.is_some() { sigma } else { allowed.max(rounding) };
     scene.sharpen_normals(sigma);
     monitor.check()?;
     let mut families = Families {
@@ -191,7 +210,7 @@ fn discover(
         sigma,
         max_radius: 20.0 * extent,
         floor,
-        policy: Policy::of(parameters),
+        policy: Policy { form, ..Policy::of(parameters) },
     };
     monitor.progress(Stage::Grow, 0.1);
     let model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
@@ -200,7 +219,7 @@ fn discover(
         engine::discover(&scene, &mut families, parameters, monitor)?
     };
     let sigma = families.sigma;
-    Ok(Discovery { scene, model, sigma, noise: if form > noise { noise } else { sigma } })
+    Ok(Discovery { scene, model, sigma, noise: if allowed > noise { noise } else { sigma } })
 }
 
 fn label_all(
@@ -218,27 +237,42 @@ fn label_all(
     }
 }
 
-/// Every point's label where a sample was dense enough for its cloud: every surface has points enough in it,
-/// and what it leaves unexplained in the whole cloud holds no further surface.
-fn label_if_enough(
+/// Whether a sample was dense enough.
+enum Judged {
+    /// It was: every point's label.
+    Enough(spread::Labelled),
+    /// It was not: about how many points are.
+    Thin(usize),
+}
+
+/// A sample is dense enough where every surface has points enough in it, and what it leaves unexplained in the
+/// whole cloud holds no further surface.
+fn judge(
     points: &[Vec3],
     found: &Discovery,
     parameters: &Parameters,
     monitor: &dyn Monitor,
-) -> Result<Option<spread::Labelled>, SegmentError> {
-    if found.model.form_error && found.model.explained() > SEEN {
-        // More points tell no more about surfaces that are off by more than the noise.
-        let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
-        return Ok(Some(labelled));
+) -> Result<Judged, SegmentError> {
+    let size = found.scene.len();
+    if found.model.form_error {
+        if size < FORM {
+            return Ok(Judged::Thin(FORM));
+        }
+        if found.model.explained() > SEEN {
+            // More points tell no more about surfaces that are off by more than the noise.
+            let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
+            return Ok(Judged::Enough(labelled));
+        }
     }
     let sizes = label::members(&found.model.labels, found.model.shapes.len());
-    if sizes.iter().any(|g| g.len() < DENSE_ENOUGH) {
-        return Ok(None);
+    let least = sizes.iter().map(Vec::len).min().unwrap_or(size);
+    if least < DENSE_ENOUGH {
+        return Ok(Judged::Thin(size * DENSE_ENOUGH / least.max(1)));
     }
     let labelled = spread::spread(points, &found.scene, &found.model, found.sigma, monitor)?;
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
     let lacking =
         left.len() >= 64 && engine::holds_surface(&left, found.sigma, parameters, monitor)?;
-    Ok((!lacking).then_some(labelled))
+    Ok(if lacking { Judged::Thin(FINE) } else { Judged::Enough(labelled) })
 }
