@@ -48,6 +48,11 @@ impl Columns {
         self.origin
     }
 
+    /// Sum of the weights.
+    pub fn total(&self) -> f64 {
+        self.total
+    }
+
     /// At most about `limit` of the points, evenly, those of little weight left out.
     pub fn thinned(&self, limit: usize) -> Vec<Vec3> {
         let stride = self.count.div_ceil(limit).max(1);

@@ -160,7 +160,8 @@ pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
         .map(|(l, (s, g))| {
             let (points, normals) = take_core(scene, labels, g, l as i32, 2000);
             let worth = worth_trying(families, s, &points)?;
-            let best = worth.best(&Patch { points: &points, normals: &normals }, &[*s], true)?;
+            let all = worth.each(&Patch { points: &points, normals: &normals }, &[*s]);
+            let best = all.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
             let whole = take(scene, g, 600);
             let sound = families.score(best.shape, &whole).chi2 < SOUND * whole.len() as f64;
             (best.shape.family != s.family && sound).then_some(best.shape)

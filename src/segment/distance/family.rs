@@ -107,14 +107,68 @@ impl Families {
 
     /// The best family for a patch: families by rising degrees of freedom, from `warm` shapes and
     /// from cold starts, up to the first that explains the points; the least BIC of those tried.
-    pub fn best(&self, patch: &Patch<'_>, warm: &[Shape], all: bool) -> Option<Scored> {
-        let tried = self.fit_in_turn(patch, warm, all);
-        tried.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))
+    pub fn best(&self, patch: &Patch<'_>, warm: &[Shape]) -> Option<Scored> {
+        let n = patch.points.len();
+        let few = (n >= 2 * GLANCE).then(|| thinned(patch.points, GLANCE));
+        let quadrics = std::cell::OnceCell::new();
+        let mut seen: Vec<Shape> = warm.to_vec();
+        let mut out: Vec<Scored> = Vec::new();
+        for &family in &self.allowed {
+            if n <= family.dof() + 3 {
+                break;
+            }
+            let mut starts = self.starts(family, patch, &seen, &quadrics);
+            if let Some(few) = &few {
+                starts =
+                    self.promising(starts, few, HOPELESS).into_iter().map(|s| s.shape).collect();
+            }
+            if let Some(o) = self.polished(starts, patch.points, 14) {
+                seen.push(o.shape);
+                out.push(o);
+                if self.explains(&o, n) {
+                    break;
+                }
+            }
+        }
+        out.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))
     }
 
-    /// The best fit of every family, by degrees of freedom.
+    /// The best fit of every family that comes near explaining the points as well as any, by degrees of
+    /// freedom: all are tried on a few points, and those that come near on more.
     pub fn each(&self, patch: &Patch<'_>, warm: &[Shape]) -> Vec<Scored> {
-        self.fit_in_turn(patch, warm, true)
+        let n = patch.points.len();
+        let (points, normals);
+        let mut screen = *patch;
+        if n > 2 * SCREEN {
+            (points, normals) = (thinned(patch.points, SCREEN), thinned(patch.normals, SCREEN));
+            screen = Patch { points: &points, normals: &normals };
+        }
+        let glance = thinned(screen.points, GLANCE);
+        let quadrics = std::cell::OnceCell::new();
+        let mut seen: Vec<Shape> = warm.to_vec();
+        let mut tried: Vec<Vec<Scored>> = Vec::new();
+        for &family in self.allowed.iter().take_while(|f| n > f.dof() + 3) {
+            let starts = self.starts(family, &screen, &seen, &quadrics);
+            let fits = self.promising(starts, &glance, f64::INFINITY);
+            seen.extend(fits.first().map(|f| f.shape));
+            tried.push(fits);
+        }
+        let best = |tried: &[Scored]| tried.iter().map(|s| s.chi2).fold(f64::INFINITY, f64::min);
+        let near = |least: f64, m: usize| 1.5 * least + 0.4 * m as f64;
+        let least = tried.iter().map(|t| best(t)).fold(f64::INFINITY, f64::min);
+        tried.retain(|t| best(t) < 2.0 * near(least, glance.len()));
+        let mut screened: Vec<Scored> = tried
+            .into_iter()
+            .filter_map(|t| {
+                self.polished(t.into_iter().map(|s| s.shape).collect(), screen.points, 14)
+            })
+            .collect();
+        if n <= 2 * SCREEN {
+            return screened;
+        }
+        let least = best(&screened);
+        screened.retain(|s| s.chi2 < near(least, SCREEN));
+        screened.into_iter().filter_map(|s| self.polished(vec![s.shape], patch.points, 8)).collect()
     }
 
     /// The best family for a patch, each fitted until it no longer moves; `None` where that is hardly better
@@ -123,7 +177,7 @@ impl Families {
         let options = Options { cauchy: Some(2.5 * self.sigma), steps: 60, tolerance: 1e-7 };
         let before = self.score(*shape, patch.points);
         let mut starts = vec![*shape];
-        starts.extend(self.fit_in_turn(patch, &[*shape], true).iter().map(|s| s.shape));
+        starts.extend(self.each(patch, &[*shape]).iter().map(|s| s.shape));
         let best = starts
             .iter()
             .filter_map(|s| fit(s, patch.points, None, &options))
@@ -133,26 +187,9 @@ impl Families {
         (best.bic < before.bic - LITTLE).then_some(best)
     }
 
-    /// Every family on a few points, then those that come near explaining them on all.
-    fn screened(&self, patch: &Patch<'_>, warm: &[Shape]) -> Vec<Scored> {
-        let n = patch.points.len();
-        let thin = |v: &[Vec3]| (0..SCREEN).map(|k| v[k * n / SCREEN]).collect::<Vec<_>>();
-        let (points, normals) = (thin(patch.points), thin(patch.normals));
-        let few = Patch { points: &points, normals: &normals };
-        let tried = self.fit_in_turn(&few, warm, true);
-        let least = tried.iter().map(|s| s.chi2).fold(f64::INFINITY, f64::min);
-        tried
-            .into_iter()
-            .filter(|s| s.chi2 < 1.5 * least + 100.0)
-            .filter_map(|s| self.polish(&s.shape, patch.points, 8))
-            .filter(|f| !self.degenerate(&f.shape))
-            .map(|f| self.score(f.shape, patch.points))
-            .collect()
-    }
-
     /// The starts after a fit of each to a few of the points, the better ones first, those of one kind once;
     /// without those whose family will not explain the points.
-    fn promising(&self, starts: Vec<Shape>, few: &[Vec3], hopeless: f64) -> Vec<Shape> {
+    fn promising(&self, starts: Vec<Shape>, few: &[Vec3], hopeless: f64) -> Vec<Scored> {
         let mut fitted: Vec<Scored> = starts
             .iter()
             .filter_map(|s| self.polish(s, few, 14))
@@ -163,51 +200,26 @@ impl Families {
         // What came to the same cost came to the same place.
         fitted.dedup_by(|b, a| b.chi2 - a.chi2 < SAME);
         fitted.truncate(PROMISING);
-        fitted.into_iter().map(|s| s.shape).collect()
+        fitted
     }
 
-    fn fit_in_turn(&self, patch: &Patch<'_>, warm: &[Shape], all: bool) -> Vec<Scored> {
-        if all && patch.points.len() > 2 * SCREEN {
-            return self.screened(patch, warm);
-        }
-        let n = patch.points.len();
-        let few: Option<Vec<Vec3>> =
-            (n >= 2 * GLANCE).then(|| (0..GLANCE).map(|k| patch.points[k * n / GLANCE]).collect());
-        let hopeless = if all { f64::INFINITY } else { HOPELESS };
-        let quadrics = std::cell::OnceCell::new();
-        let mut seen: Vec<Shape> = warm.to_vec();
-        let mut out: Vec<Scored> = Vec::new();
-        for &family in &self.allowed {
-            if n <= family.dof() + 3 {
+    /// The best fit from some starts of one family, up to the first that explains the points.
+    fn polished(&self, starts: Vec<Shape>, points: &[Vec3], steps: usize) -> Option<Scored> {
+        let mut best: Option<Scored> = None;
+        for s in starts {
+            let Some(f) = self.polish(&s, points, steps) else { continue };
+            if self.degenerate(&f.shape) {
+                continue;
+            }
+            let scored = self.score(f.shape, points);
+            if best.is_none_or(|o| scored.chi2 < o.chi2) {
+                best = Some(scored);
+            }
+            if self.explains(&scored, points.len()) {
                 break;
             }
-            let mut own: Option<Scored> = None;
-            let mut starts = self.starts(family, patch, &seen, &quadrics);
-            if let Some(few) = &few {
-                starts = self.promising(starts, few, hopeless);
-            }
-            for s in starts {
-                let Some(f) = self.polish(&s, patch.points, 14) else { continue };
-                if self.degenerate(&f.shape) {
-                    continue;
-                }
-                let scored = self.score(f.shape, patch.points);
-                if own.is_none_or(|o| scored.chi2 < o.chi2) {
-                    own = Some(scored);
-                }
-                if self.explains(&scored, n) {
-                    break;
-                }
-            }
-            if let Some(o) = own {
-                seen.push(o.shape);
-                out.push(o);
-                if !all && self.explains(&o, n) {
-                    break;
-                }
-            }
         }
-        out
+        best
     }
 
     /// Starts of one family: shapes of it (or one step simpler) already seen, then cold ones.
@@ -267,4 +279,10 @@ impl Families {
         }
         out
     }
+}
+
+/// At most `m` of some values, evenly.
+fn thinned(all: &[Vec3], m: usize) -> Vec<Vec3> {
+    let (n, m) = (all.len(), m.min(all.len()));
+    (0..m).map(|k| all[k * n / m]).collect()
 }

@@ -8,16 +8,22 @@ use super::engine::Model;
 use super::label::{MOST, candidates, energies};
 use super::scene::Scene;
 use super::spread::{Labelled, Share, posterior};
-use crate::fit::least_squares::{Columns, Fitted, Normal, Options, fit_columns, squares};
+use crate::fit::least_squares::{Columns, Fitted, Normal, Options, fit, fit_columns, squares};
 use crate::fit::{Family, Ruler, Shape, Spread};
 use crate::geometry::Vec3;
 
 /// Points of a region that its last iterated fit looks at; one step on all points follows.
-const SAMPLE: usize = 20_000;
+const SAMPLE: usize = 8_000;
 /// Points of a region that the correlation of its residuals is judged by.
 const INFLATION_SAMPLE: usize = 6_000;
 /// Points summed at once; fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 4096;
+/// Points that tell a simpler family to be hopeless, and the mean square, over the richer one's, beyond which
+/// it is.
+const FEW: usize = 500;
+const HOPELESS: f64 = 3.0;
+/// Rise of the sample's chi2 for each degree of freedom that a step on all points may bring.
+const WORSE: f64 = 10.0;
 /// Cauchy's constant for residuals with a form error, in sigmas.
 const CAUCHY: f64 = 2.0;
 /// Residuals that shake the parameters this many times more than noise would show a form error.
@@ -49,8 +55,10 @@ pub fn finish(points: &[Vec3], labelled: &Labelled, model: &mut Model, sigma: f6
     let sums = normal_equations(points, labelled, shapes);
     for ((s, n), (sample, _)) in shapes.iter_mut().zip(&sums).zip(&samples) {
         // What hardly shows in the points (the far axis of a short arc) can step far: a step that
-        // fits the sample worse is none.
-        let worse = |next: &Shape| squares(next, sample) > 1.001 * squares(s, sample);
+        // fits the sample worse than chance has it is none. From the sample's best to that of all points its chi2
+        // rises by about one for each degree of freedom.
+        let chance = WORSE * s.family.dof() as f64 / sample.total().max(1.0);
+        let worse = |next: &Shape| squares(next, sample) > (1.0 + chance) * squares(s, sample);
         if let Some(next) = n.step(s, 3.0 * sigma).filter(|next| !worse(next)) {
             *s = next;
         }
@@ -147,7 +155,14 @@ fn simplest(shape: &Shape, points: &Columns, total: f64, sigma: f64, cauchy: Opt
     let o = Options { cauchy, steps: 6, tolerance: 1e-7 };
     let fitted = |s: &Shape, steps| fit_columns(s, points, &Options { steps, ..o });
     let Some(f) = fitted(shape, o.steps) else { return *shape };
-    let simpler = nested(&f.shape, &points.origin(), cauchy.is_some());
+    let few = points.thinned(FEW);
+    let floor = f.mean_sq.max(sigma * sigma);
+    let hopeless = |s: &Shape| {
+        let options = Options { cauchy, steps: 15, tolerance: 1e-3 };
+        fit(s, &few, None, &options).is_none_or(|f| f.mean_sq > HOPELESS * floor)
+    };
+    let mut simpler = nested(&f.shape, &points.origin(), cauchy.is_some());
+    simpler.retain(|s| !hopeless(s));
     if simpler.is_empty() {
         return f.shape;
     }

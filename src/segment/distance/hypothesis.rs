@@ -220,8 +220,7 @@ fn grow_from(
         return None;
     }
     sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
-    let mut best: Scored =
-        families.best(&Patch { points: &points, normals: &normals }, &[], false)?;
+    let mut best: Scored = families.best(&Patch { points: &points, normals: &normals }, &[])?;
     if best.reduced > 2.0 {
         return None;
     }
@@ -270,7 +269,7 @@ fn grow_from(
             }
             _ => {
                 let start = warm.map_or(shape, |w| w.shape);
-                let Some(next) = families.best(&patch, &[start], false) else { break };
+                let Some(next) = families.best(&patch, &[start]) else { break };
                 best = next;
                 fresh = true;
             }
