@@ -307,9 +307,13 @@ fn converge(
         monitor.check()?;
         settle(scene, model, families.sigma, 8);
         monitor.check()?;
-        retype(scene, model, families);
-        model.merges += merge(scene, model, families);
-        prune(model, MIN_NEW);
+        let retyped = retype(scene, model, families);
+        let merged = merge(scene, model, families);
+        model.merges += merged;
+        let pruned = prune(model, MIN_NEW);
+        if retyped + merged == 0 && !pruned {
+            break;
+        }
     }
     settle(scene, model, families.sigma, 8);
     for _ in 0..MOVES {

@@ -9,6 +9,8 @@ use crate::segment::Parameters;
 /// Points that every family is first tried on where all are wanted.
 const SCREEN: usize = 250;
 
+/// Points that a start is made from where the first family that explains all will do.
+const START: usize = 160;
 /// Points that a start is first fitted to, where the first family that explains all will do, and the reduced
 /// chi2 of these few beyond which that family is out.
 const GLANCE: usize = 80;
@@ -110,6 +112,12 @@ impl Families {
     pub fn best(&self, patch: &Patch<'_>, warm: &[Shape]) -> Option<Scored> {
         let n = patch.points.len();
         let few = (n >= 2 * GLANCE).then(|| thinned(patch.points, GLANCE));
+        let (points, normals);
+        let mut first = *patch;
+        if n > START {
+            (points, normals) = (thinned(patch.points, START), thinned(patch.normals, START));
+            first = Patch { points: &points, normals: &normals };
+        }
         let quadrics = std::cell::OnceCell::new();
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut out: Vec<Scored> = Vec::new();
@@ -117,7 +125,7 @@ impl Families {
             if n <= family.dof() + 3 {
                 break;
             }
-            let mut starts = self.starts(family, patch, &seen, &quadrics);
+            let mut starts = self.starts(family, &first, &seen, &quadrics);
             if let Some(few) = &few {
                 starts =
                     self.promising(starts, few, HOPELESS).into_iter().map(|s| s.shape).collect();

@@ -1,5 +1,7 @@
 //! Placing boundaries: every point takes the label with the least energy.
 
+use rayon::prelude::*;
+
 use super::scene::{K, Scene};
 use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
@@ -114,8 +116,10 @@ fn is_sharp<'s>(
     a.cross(&b).norm_squared() * sq_reach * inverse > ACCEPT * ACCEPT
 }
 
-/// Relabels points beside a boundary until few change, at most `sweeps` times. Returns the changes
+/// Relabels points beside a boundary until none changes, at most `sweeps` times. Returns the changes
 /// of the last sweep.
+///
+/// Most points lie inside a region, where there is nothing to choose: one look at all of them finds the others.
 pub fn relabel(
     scene: &Scene,
     shapes: &[Shape],
@@ -126,7 +130,12 @@ pub fn relabel(
     let inverse = 1.0 / (sigma * sigma);
     let n = scene.len();
     let rulers: Vec<Ruler> = shapes.iter().map(Ruler::of).collect();
-    let mut active: Vec<u32> = (0..n as u32).collect();
+    let frozen: &[i32] = labels;
+    let mut active: Vec<u32> = (0..n as u32)
+        .into_par_iter()
+        .with_min_len(4096)
+        .filter(|&i| best_label(scene, &rulers, frozen, i as usize, inverse) != frozen[i as usize])
+        .collect();
     let mut queued = vec![false; n];
     let mut changed = 0;
     for _ in 0..sweeps {

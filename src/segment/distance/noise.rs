@@ -7,7 +7,7 @@ use super::scene::{Around, K, Scene};
 use crate::geometry::{Vec3, perpendicular_frame};
 
 /// Most neighbourhoods looked at.
-const SAMPLE: usize = 3000;
+const SAMPLE: usize = 2000;
 /// A coordinate that comes in steps has at least this many, with this many points each.
 const LEAST_STEPS: usize = 50;
 const POINTS_A_STEP: usize = 20;
@@ -65,7 +65,7 @@ pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
 /// through two of them and the point, as a standard deviation; infinite where that is not below `limit`.
 fn robust_estimate(scene: &Scene, limit: f64) -> f64 {
     let n = scene.len();
-    let stride = n.div_ceil(SAMPLE / 3);
+    let stride = n.div_ceil(SAMPLE / 2);
     let mut v: Vec<f64> = (0..n)
         .into_par_iter()
         .step_by(stride)

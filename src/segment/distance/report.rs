@@ -71,7 +71,7 @@ pub fn report(
 }
 
 fn in_cloud_order(labels: &[i32], places: &[u32]) -> Vec<i32> {
-    places.iter().map(|&k| labels[k as usize]).collect()
+    places.par_iter().with_min_len(CHUNK).map(|&k| labels[k as usize]).collect()
 }
 
 /// Copies of a point count as points of its region, though the fit saw it once.
