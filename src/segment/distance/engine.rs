@@ -239,9 +239,11 @@ pub fn discover(
         }
         let seed = parameters.seed ^ pass as u64;
         let (chosen, labels) = if pass == 0 {
-            let (found, error) =
-                form::hypotheses(scene, families, seed, &mut model.trials, monitor)?;
-            model.form_error = error;
+            let found = form::hypotheses(scene, families, seed, &mut model.trials, monitor)?;
+            let Some(found) = found else {
+                model.form_error = true;
+                break;
+            };
             choose(scene, found, families, 0)
         } else {
             // What is left has a graph of its own: strips a point or two wide hold together in it.
@@ -269,19 +271,83 @@ pub fn discover(
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
-        if model.form_error {
-            model.spurious = form::spurious(scene, families, &model.labels, model.shapes.len());
-        } else if pass + 1 < PASSES {
+        if pass + 1 < PASSES {
             drop_correlated(scene, &mut model, families.sigma);
         }
-        if let Some(s) = residual_sigma(scene, &model) {
-            families.sigma =
-                s.max(families.sigma * 0.2).min(families.sigma * 1.05).max(families.floor);
-        }
-        if model.form_error {
+        tighten(scene, &model, families);
+    }
+    Ok(model)
+}
+
+/// Takes the noise to be what is left at the surfaces found.
+fn tighten(scene: &Scene, model: &Model, families: &mut Families) {
+    if let Some(s) = residual_sigma(scene, model) {
+        families.sigma = s.max(families.sigma * 0.2).min(families.sigma * 1.05).max(families.floor);
+    }
+}
+
+/// Share of the points that the surfaces of one level of form error explain beyond which no other is tried.
+const ALL: f64 = 0.9;
+/// Share of what any level explains that the first one taken does.
+const NEARLY: f64 = 0.9;
+
+/// Finds the surfaces of a scene that have a form error: at the least multiple of the noise at which they
+/// explain nearly as much as at any. `scatter` is that of the scene's own neighbourhoods.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn discover_with_form_error(
+    scene: &Scene,
+    families: &mut Families,
+    scatter: f64,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<Model, Cancelled> {
+    let seed = parameters.seed;
+    let mut trials = (0, 0);
+    let mut found: Vec<(Model, Families)> = Vec::new();
+    for sigma in form::levels(families.sigma, scatter) {
+        let mut looser = Families { sigma, ..families.clone() };
+        let hypotheses = form::loose_hypotheses(scene, &looser, seed, &mut trials, monitor)?;
+        let Some(hypotheses) = hypotheses else { continue };
+        let model = settled(scene, hypotheses, &mut looser, monitor)?;
+        let all = model.explained() > ALL;
+        found.push((model, looser));
+        if all {
             break;
         }
     }
+    let most = found.iter().map(|f| f.0.explained()).fold(0.0, f64::max);
+    if most > LEAST
+        && let Some((model, looser)) = found.into_iter().find(|f| f.0.explained() >= NEARLY * most)
+    {
+        *families = looser;
+        return Ok(Model { trials, ..model });
+    }
+    let few = form::outstanding_hypotheses(scene, families, seed, &mut trials, monitor)?;
+    let model = settled(scene, few, families, monitor)?;
+    Ok(Model { trials, ..model })
+}
+
+/// Share of the points that surfaces with a form error explain at least.
+const LEAST: f64 = 0.1;
+
+/// The model with a form error that hypotheses lead to.
+fn settled(
+    scene: &Scene,
+    hypotheses: Vec<Hypothesis>,
+    families: &mut Families,
+    monitor: &dyn Monitor,
+) -> Result<Model, Cancelled> {
+    let (chosen, labels) = choose(scene, hypotheses, families, 0);
+    let shapes = chosen.iter().map(|h| h.shape).collect();
+    let mut model = Model { shapes, labels, form_error: true, ..Model::default() };
+    if model.shapes.is_empty() {
+        return Ok(model);
+    }
+    converge(scene, &mut model, families, monitor)?;
+    model.spurious = form::spurious(scene, families, &model.labels, model.shapes.len());
+    tighten(scene, &model, families);
     Ok(model)
 }
 

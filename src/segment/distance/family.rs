@@ -43,8 +43,6 @@ pub struct Policy {
     pub merge: bool,
     /// Whether labels, families and surfaces are refined once found.
     pub refine: bool,
-    /// Whether surfaces with a form error are looked for, once it shows that there is one.
-    pub form: bool,
     /// Draws of seeds, several at a time, that may fail in a row before the search stops.
     pub failures: usize,
 }
@@ -53,7 +51,7 @@ impl Policy {
     /// The policy that `parameters` ask for.
     pub fn of(parameters: &Parameters) -> Self {
         let Parameters { merge, refine, max_failed_seeds, .. } = *parameters;
-        Self { merge, refine, form: true, failures: max_failed_seeds }
+        Self { merge, refine, failures: max_failed_seeds }
     }
 }
 

@@ -20,7 +20,9 @@ const FORM_SAMPLE: usize = 16;
 const CORRELATED: f64 = 0.07;
 /// Multiples of sigma at which surfaces with a form error are looked for.
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
-/// Seeds that a level is judged by.
+/// How much more the thinner sample must scatter for a level of its own.
+const CLEARLY: f64 = 1.25;
+/// Seeds that tell whether a level is worth trying.
 const LOOK: usize = 16;
 /// Growths from elsewhere in a set of points that tell whether it is a surface's.
 const REGROWN: usize = 5;
@@ -36,49 +38,54 @@ fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
     bad.map(|h| h.support.len()).sum::<usize>() as f64 / all.max(1) as f64
 }
 
-/// The hypotheses of a scene, and whether its surfaces have a form error, of which the families' sigma
-/// takes account then. None of them where form errors are not looked for.
+/// The scatter about surfaces at which they are looked for, rising: multiples of the points' noise, and of what
+/// the neighbourhoods of the thinner sample scatter by where that is clearly more.
+pub fn levels(noise: f64, thinner: f64) -> Vec<f64> {
+    let mut levels: Vec<f64> = LEVELS.iter().map(|l| l * noise).collect();
+    let most = LEVELS[LEVELS.len() - 1];
+    levels.extend(Some(most * thinner).filter(|l| *l > CLEARLY * most * noise));
+    levels
+}
+
+/// The hypotheses of a scene; none where its surfaces, if it has any, have a form error.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
 pub fn hypotheses(
     scene: &Scene,
-    families: &mut Families,
+    families: &Families,
     seed: u64,
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
-) -> Result<(Vec<Hypothesis>, bool), Cancelled> {
+) -> Result<Option<Vec<Hypothesis>>, Cancelled> {
     let doubtful = |found: &[Hypothesis]| correlated_share(found) > 0.5;
     let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && doubtful(found);
-    let first = hypothesise(scene, families, usize::MAX, seed, trials, early, monitor)?;
-    if !doubtful(&first) {
-        return Ok((first, false));
-    }
-    if !families.policy.form {
-        return Ok((Vec::new(), true));
-    }
-    let whole = |_: &[Hypothesis]| false;
-    let mut levels = Vec::new();
-    for level in LEVELS {
-        let looser = Families { sigma: families.sigma * level, ..families.clone() };
-        let found = hypothesise(scene, &looser, LOOK, seed, trials, whole, monitor)?;
-        let (covered, share) = coverage(scene, &looser, found);
-        if share > 0.5 {
-            levels.push((covered, looser));
-        }
-    }
-    let most = levels.iter().map(|l| l.0).max().unwrap_or(0);
-    // The smallest sigma that sees nearly as much as any.
-    if let Some((_, looser)) = levels.into_iter().find(|l| l.0 * 10 >= most * 9) {
-        *families = looser;
-        let all = hypothesise(scene, families, usize::MAX, seed, trials, whole, monitor)?;
-        return Ok((judged(scene, families, all), true));
-    }
-    Ok((standing_out(first), true))
+    let found = hypothesise(scene, families, usize::MAX, seed, trials, early, monitor)?;
+    Ok((!doubtful(&found)).then_some(found))
 }
 
-/// Points that lie in sound hypotheses, and their share of what all cover.
-fn coverage(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> (usize, f64) {
+/// The hypotheses of a scene whose surfaces have a form error that `families` take account of; none where most of
+/// the first ones slide.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn loose_hypotheses(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Option<Vec<Hypothesis>>, Cancelled> {
+    let few = hypothesise(scene, families, LOOK, seed, trials, |_| false, monitor)?;
+    if stable_share(scene, families, few) <= 0.5 {
+        return Ok(None);
+    }
+    let all = hypothesise(scene, families, usize::MAX, seed, trials, |_| false, monitor)?;
+    Ok(Some(judged(scene, families, all)))
+}
+
+/// Share of the points that hypotheses cover which sound ones do.
+fn stable_share(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> f64 {
     let points = |found: &[Hypothesis]| {
         let mut all: Vec<u32> = found.iter().flat_map(|h| h.support.iter().copied()).collect();
         all.sort_unstable();
@@ -88,8 +95,22 @@ fn coverage(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> (usiz
     let all = points(&found);
     let mut good = judged(scene, families, found);
     good.retain(|h| h.sound);
-    let good = points(&good);
-    (good, good as f64 / all.max(1) as f64)
+    points(&good) as f64 / all.max(1) as f64
+}
+
+/// The hypotheses of a scene that stand out of its form.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn outstanding_hypotheses(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Vec<Hypothesis>, Cancelled> {
+    let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE;
+    Ok(standing_out(hypothesise(scene, families, usize::MAX, seed, trials, early, monitor)?))
 }
 
 /// The hypotheses, those sound that are the same wherever they start.

@@ -131,14 +131,19 @@ fn place(k: usize, m: usize, n: usize) -> usize {
 
 /// Points that surfaces are first looked for on.
 const COARSE: usize = 25_000;
-/// Points that surfaces with a form error are looked for on.
-const FORM: usize = 50_000;
+/// Points that must confirm a form error before surfaces with one are looked for: a coarse sample of many narrow
+/// faces looks like that too.
+const CONFIRMED: usize = 50_000;
+/// Points that surfaces with a form error are looked for on. It is the same for all points nearby: more of them
+/// tell no more about the surface, but make its waves look like surfaces of their own.
+const FORM: usize = 16_000;
 /// Points that surfaces are looked for on where the others are too thin for what is there.
 const FINE: usize = 320_000;
 /// Points of the sample that every surface must have for the sample to count as dense enough.
 const DENSE_ENOUGH: usize = 200;
 
-/// Share of a sample that surfaces with a form error must explain for the sample to count as dense enough.
+/// Share of a sample that surfaces with a form error must explain to be believed although more points might tell
+/// more.
 const SEEN: f64 = 0.1;
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
@@ -148,28 +153,34 @@ fn discover_on_samples(
     monitor: &dyn Monitor,
 ) -> Result<(Discovery, spread::Labelled), SegmentError> {
     let n = points.len();
+    let label = |found: Discovery| -> Result<_, SegmentError> {
+        let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
+        Ok((found, labelled))
+    };
     // A sample of most of the points saves nothing.
     let mut size = if n <= 2 * COARSE { n } else { COARSE };
-    let mut last: Option<Discovery> = None;
     loop {
-        let form = size >= n.min(FORM);
-        let mut found = discover(points, size, form, parameters, monitor)?;
-        // With a form error it may be the thinner sample that sees the surfaces.
-        if let Some(last) = last.take().filter(|l| l.model.form_error)
-            && last.model.explained() > found.model.explained()
-        {
-            found = last;
+        let found = discover(points, size, None, parameters, monitor)?;
+        if found.model.form_error {
+            if size < n.min(CONFIRMED) {
+                size = CONFIRMED;
+                continue;
+            }
+            let formed = discover(points, FORM, Some(found.noise), parameters, monitor)?;
+            if size >= n.min(FINE) || formed.model.explained() > SEEN {
+                return label(formed);
+            }
+            size = FINE;
+        } else if size >= n.min(FINE) {
+            return label(found);
+        } else {
+            match judge(points, &found, parameters, monitor)? {
+                Judged::Enough(labelled) => return Ok((found, labelled)),
+                // A third look would cost more than it saves.
+                Judged::Thin(more) if more > FINE / 2 => size = FINE,
+                Judged::Thin(more) => size = more.max(2 * size),
+            }
         }
-        if size >= n.min(FINE) {
-            let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
-            return Ok((found, labelled));
-        }
-        match judge(points, &found, parameters, monitor)? {
-            Judged::Enough(labelled) => return Ok((found, labelled)),
-            // A third look but for form errors would cost more than it saves.
-            Judged::Thin(more) => size = if more > FINE / 2 { FINE } else { more.max(2 * size) },
-        }
-        last = Some(found);
     }
 }
 
@@ -183,11 +194,11 @@ struct Discovery {
 }
 
 /// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
-/// only where `form` says so.
+/// only where the `noise` of the points without it is given.
 fn discover(
     points: &[Vec3],
     limit: usize,
-    form: bool,
+    form: Option<f64>,
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Discovery, SegmentError> {
@@ -197,7 +208,8 @@ fn discover(
     let mut scene = Scene::watched(taken, monitor)?;
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let rounding = 5e-8 * extent;
-    let noise = parameters.noise_sigma.unwrap_or_else(|| noise::estimate(&scene)).max(rounding);
+    let estimate = noise::estimate(&scene);
+    let noise = parameters.noise_sigma.or(form).unwrap_or(estimate).max(rounding);
     monitor.check()?;
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
     let allowed = parameters.tolerance.map_or(0.0, |t| t / label::ACCEPT);
@@ -210,11 +222,13 @@ fn discover(
         sigma,
         max_radius: 20.0 * extent,
         floor,
-        policy: Policy { form, ..Policy::of(parameters) },
+        policy: Policy::of(parameters),
     };
     monitor.progress(Stage::Grow, 0.1);
     let model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
         Model { labels: vec![-1; m], ..Model::default() }
+    } else if form.is_some() {
+        engine::discover_with_form_error(&scene, &mut families, estimate, parameters, monitor)?
     } else {
         engine::discover(&scene, &mut families, parameters, monitor)?
     };
@@ -254,16 +268,6 @@ fn judge(
     monitor: &dyn Monitor,
 ) -> Result<Judged, SegmentError> {
     let size = found.scene.len();
-    if found.model.form_error {
-        if size < FORM {
-            return Ok(Judged::Thin(FORM));
-        }
-        if found.model.explained() > SEEN {
-            // More points tell no more about surfaces that are off by more than the noise.
-            let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
-            return Ok(Judged::Enough(labelled));
-        }
-    }
     let sizes = label::members(&found.model.labels, found.model.shapes.len());
     let least = sizes.iter().map(Vec::len).min().unwrap_or(size);
     if least < DENSE_ENOUGH {

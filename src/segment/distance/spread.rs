@@ -4,13 +4,15 @@
 //! beside them: their candidates are the labels around those two. Where one candidate is near, the point takes
 //! it at once; only points near several surfaces look at their neighbours.
 
+use std::num::NonZero;
+
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
 use super::engine::Model;
 use super::label::{ACCEPT, MOST, candidates, energies};
 use super::nearest::{Runs, Search};
-use super::scene::Scene;
+use super::scene::{K, Scene};
 use crate::fit::Ruler;
 use crate::geometry::Vec3;
 use crate::segment::{Cancelled, Monitor};
@@ -61,7 +63,11 @@ pub fn spread(
     let none: Vec<u32> = open.iter().flat_map(|o| o.none.iter().copied()).collect();
     second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
     monitor.check()?;
-    let shares = settle_shared(points, &rulers, &several, &mut labels, inverse);
+    let shares = if model.form_error {
+        settle_by_sample(points, scene, &model.labels, &rulers, &several, &mut labels, inverse)
+    } else {
+        settle_shared(points, &rulers, &several, &mut labels, inverse)
+    };
     Ok(Labelled { labels, shares })
 }
 
@@ -279,6 +285,47 @@ fn settle_shared(
             place(points, rulers, frozen, i, &near, inverse)
         })
         .collect();
+    put(several, placed, labels)
+}
+
+/// Places the points near several surfaces by their own evidence and that of the sample's around them: with a
+/// form error the nearest points all tell the same.
+fn settle_by_sample(
+    points: &[Vec3],
+    scene: &Scene,
+    sample: &[i32],
+    rulers: &[Ruler],
+    several: &[u32],
+    labels: &mut [i32],
+    inverse: f64,
+) -> Vec<Share> {
+    let raw: Vec<[f64; 3]> = scene.points.iter().map(|p| (*p).into()).collect();
+    let (Ok(tree), Some(k)) = (ImmutableKdTree::<f64, 3>::new_from_slice(&raw), NonZero::new(K))
+    else {
+        return Vec::new();
+    };
+    let (n, m) = (points.len(), scene.len());
+    for (k, &l) in sample.iter().enumerate() {
+        labels[super::place(k, m, n)] = l;
+    }
+    let frozen: &[i32] = labels;
+    let placed: Vec<(i32, Vec<(i32, f64)>)> = several
+        .par_iter()
+        .with_min_len(128)
+        .map(|&i| {
+            let p = &points[i as usize];
+            let found =
+                tree.query(&[p.x, p.y, p.z]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
+            let place_of = |k: usize| super::place(k, m, n) as u32;
+            let near: Vec<u32> = found.iter().map(|f| place_of(f.item as usize)).collect();
+            place(points, rulers, frozen, i, &near, inverse)
+        })
+        .collect();
+    put(several, placed, labels)
+}
+
+/// Gives points their labels; those that count for several surfaces.
+fn put(several: &[u32], placed: Vec<(i32, Vec<(i32, f64)>)>, labels: &mut [i32]) -> Vec<Share> {
     let mut shares = Vec::new();
     for (&i, (l, share)) in several.iter().zip(placed) {
         labels[i as usize] = l;
