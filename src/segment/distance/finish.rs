@@ -10,7 +10,7 @@ use super::scene::Scene;
 use super::spread::{Labelled, Share, posterior};
 use crate::fit::least_squares::{Columns, Fitted, Normal, Options, fit, fit_columns, squares};
 use crate::fit::{Family, Ruler, Shape, Spread};
-use crate::geometry::Vec3;
+use crate::geometry::{Mat3, Vec3};
 
 /// Points of a region that its last iterated fit looks at; one step on all points follows.
 const SAMPLE: usize = 8_000;
@@ -41,12 +41,13 @@ const FORM: f64 = 1.5;
 ///
 /// Where surfaces have a form error, outliers of it are weighed down instead, and there is no such step.
 pub fn finish(points: &[Vec3], labelled: &Labelled, model: &mut Model, sigma: f64) {
-    let cauchy = model.form_error.then_some(CAUCHY * sigma);
     let shapes = &mut model.shapes[..];
     let mut samples = samples(points, labelled, shapes.len());
     shapes.par_iter_mut().zip(&mut samples).for_each(|(s, (points, total))| {
         points.fill_up();
         points.centre();
+        let scale = || scatter(s, points).min(sigma);
+        let cauchy = model.form_error.then(|| CAUCHY * scale());
         *s = simplest(s, points, *total, sigma, cauchy);
     });
     if model.form_error {
@@ -63,6 +64,17 @@ pub fn finish(points: &[Vec3], labelled: &Labelled, model: &mut Model, sigma: f6
             *s = next;
         }
     }
+}
+
+/// Robust standard deviation of some of the points about a surface.
+fn scatter(shape: &Shape, points: &Columns) -> f64 {
+    let ruler = Ruler::of(shape);
+    let mut r: Vec<f64> = points.thinned(FEW).iter().map(|p| ruler.distance(p).abs()).collect();
+    if r.is_empty() {
+        return f64::INFINITY;
+    }
+    let middle = r.len() / 2;
+    1.4826 * *r.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Each region's points and weights, thinned to the sample size, and its total weight.
@@ -202,11 +214,34 @@ fn nested(s: &Shape, centroid: &Vec3, form: bool) -> Vec<Shape> {
         Family::Cylinder | Family::Sphere => vec![plane()],
         Family::Cone => vec![round(Family::Cylinder, a.abs()), plane()],
         Family::EllipticCylinder => vec![round(Family::Cylinder, (a * b).sqrt()), plane()],
-        Family::Ellipsoid => vec![round(Family::Sphere, (a * b * c).cbrt())],
+        Family::Ellipsoid => {
+            let mut simpler = if form { stretched(s, centroid) } else { Vec::new() };
+            simpler.push(round(Family::Sphere, (a * b * c).cbrt()));
+            simpler
+        }
         // A tube whose axis hardly bends, a sheet: with a form error, a cylinder and a plane.
         Family::Torus if form => vec![straightened(s, centroid), plane()],
         Family::Plane | Family::Torus => Vec::new(),
     }
+}
+
+/// The cylinders, elliptic and round, along the longest axis of an ellipsoid where its points lie.
+fn stretched(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| s.size[i].total_cmp(&s.size[j]));
+    let [i, j, k] = order;
+    let axis = |i: usize| s.frame.column(i).into_owned();
+    let height = axis(k).dot(&(centroid - s.origin));
+    let narrowing = (1.0 - (height / s.size[k]).powi(2)).max(0.0).sqrt();
+    let [a, b] = [i, j].map(|i| s.size[i] * narrowing);
+    let elliptic = Shape {
+        family: Family::EllipticCylinder,
+        origin: s.origin + axis(k) * height,
+        frame: Mat3::from_columns(&[axis(i), axis(k).cross(&axis(i)), axis(k)]),
+        size: [a, b, 0.0],
+    };
+    let radius = (a * b).sqrt();
+    vec![elliptic, Shape { family: Family::Cylinder, size: [radius, 0.0, 0.0], ..elliptic }]
 }
 
 /// The cylinder along a torus's tube where its points lie.
