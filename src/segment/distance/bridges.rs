@@ -10,6 +10,7 @@ use super::engine::{Model, take};
 use super::family::Families;
 use super::hypothesis::Walk;
 use super::label::members;
+use super::parallel::{Directions, asked};
 use super::scene::Scene;
 use super::union::Union;
 use crate::fit::least_squares::{Options, fit};
@@ -32,10 +33,12 @@ const LOOK: usize = 250;
 /// A plane and its points.
 type Piece = (Shape, Vec<u32>);
 
-/// Puts planes in the place of every curved surface that is curved in no connected piece of its region.
+/// Puts planes in the place of every curved surface that is curved in no connected piece of its region, and of
+/// every plane through strips that lie parallel to a better known one.
 /// Returns how many surfaces went.
 pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families) -> usize {
     let groups = members(&model.labels, model.shapes.len());
+    let directions = Directions::of(scene, &model.shapes, &groups);
     let broken: Vec<Option<Vec<Piece>>> = model
         .shapes
         .par_iter()
@@ -43,9 +46,13 @@ pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families) -> u
         .map_init(
             || Walk::new(scene.len()),
             |walk, (s, g)| {
-                let suspect = s.family != Family::Plane
-                    && g.len() >= 2 * LEAST
-                    && !is_curved(scene, walk, s, g, &model.labels, families);
+                if g.len() < 2 * LEAST {
+                    return None;
+                }
+                if s.family == Family::Plane {
+                    return strips_instead(scene, s, g, &directions, families);
+                }
+                let suspect = !is_curved(scene, walk, s, g, &model.labels, families);
                 suspect.then(|| planes_instead(scene, s, g, families)).flatten()
             },
         )
@@ -122,6 +129,40 @@ fn planes_instead(
         }
         gain += saved;
         planes.push((plane, piece));
+    }
+    (gain > 0.0).then_some(planes)
+}
+
+/// A plane for each large piece of a plane's region where they are parallel to a better known plane, at heights
+/// of their own.
+fn strips_instead(
+    scene: &Scene,
+    plane: &Shape,
+    group: &[u32],
+    directions: &Directions,
+    families: &Families,
+) -> Option<Vec<Piece>> {
+    let own = |points: &[Vec3]| families.score(*plane, points).chi2;
+    let whole = take(scene, group, SAMPLE);
+    let needed = asked(&whole, group.len());
+    let joint = directions.plane(&whole, &plane.w(), needed, families)?.1;
+    // Nothing is to be gained where the plane could be parallel to that one itself.
+    if joint < own(&whole) + plane.family.description_length(whole.len()) {
+        return None;
+    }
+    let mut pieces = smooth_pieces(scene, plane, group);
+    pieces.retain(|p| p.len() >= LEAST);
+    let held: usize = pieces.iter().map(Vec::len).sum();
+    if pieces.len() < 2 || (held as f64) < MOST * group.len() as f64 {
+        return None;
+    }
+    let mut gain = plane.family.description_length(group.len());
+    let mut planes = Vec::with_capacity(pieces.len());
+    for piece in pieces {
+        let points = take(scene, &piece, usize::MAX);
+        let (strip, cost) = directions.plane(&points, &plane.w(), needed, families)?;
+        gain += own(&points) - cost;
+        planes.push((strip, piece));
     }
     (gain > 0.0).then_some(planes)
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::engine::{Model, borders, retain, take};
 use super::family::Families;
 use super::label::members;
+use super::parallel::{Directions, asked};
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Family, Ruler, Shape};
@@ -44,6 +45,8 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
             }
         }
         let cost = |s: &Shape, p: &[Vec3]| -> f64 { Ruler::of(s).truncated(p, inverse, 16.0) };
+        let sound = |s: &Shape, p: &[Vec3]| cost(s, p) <= SOUND * p.len() as f64;
+        let directions = Directions::of(scene, &model.shapes, &groups);
         let mut found: Vec<(f64, usize, usize, Shape)> = pairs
             .par_iter()
             .filter_map(|&(a, b)| {
@@ -53,8 +56,23 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                 }
                 let points: Vec<Vec3> = samples[a].iter().chain(&samples[b]).copied().collect();
                 let length = |s: &Shape| s.family.description_length(points.len());
-                let apart = cost(sa, &samples[a]) + cost(sb, &samples[b]) + length(sa) + length(sb);
+                let needed = asked(&points, groups[a].len() + groups[b].len());
+                let flat = |s: &Shape, p: &[Vec3]| {
+                    let plane = s.family == Family::Plane;
+                    plane.then(|| directions.plane(p, &s.w(), needed, families)).flatten()
+                };
+                let alone = |k: usize| {
+                    let (s, p) = (&model.shapes[k], &samples[k]);
+                    let free = cost(s, p) + length(s);
+                    flat(s, p).map_or(free, |f| free.min(f.1))
+                };
+                let apart = alone(a) + alone(b);
                 let mut best: Option<(f64, Shape)> = None;
+                if sa.family == sb.family {
+                    best = flat(sa, &points)
+                        .filter(|(s, _)| sound(s, &samples[a]) && sound(s, &samples[b]))
+                        .map(|(s, c)| (c, s));
+                }
                 for s in [sa, sb] {
                     // A surface that misses most of the other's points is no start for both.
                     let other = if std::ptr::eq(s, sa) { &samples[b] } else { &samples[a] };
@@ -64,12 +82,10 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                     let o = Options { cauchy: Some(4.0 * sigma), steps: 20, tolerance: 1e-4 };
                     let Some(f) = fit(s, &points, None, &o) else { continue };
                     // Both halves must lie on it: a region whose own surface is poor saves nothing.
-                    let (ca, cb) = (cost(&f.shape, &samples[a]), cost(&f.shape, &samples[b]));
-                    if ca > SOUND * samples[a].len() as f64 || cb > SOUND * samples[b].len() as f64
-                    {
+                    if !sound(&f.shape, &samples[a]) || !sound(&f.shape, &samples[b]) {
                         continue;
                     }
-                    let c = ca + cb + length(s);
+                    let c = cost(&f.shape, &points) + length(s);
                     if best.is_none_or(|b| c < b.0) {
                         best = Some((c, f.shape));
                     }

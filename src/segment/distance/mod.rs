@@ -16,6 +16,7 @@ mod moves;
 mod nearest;
 mod noise;
 mod others;
+mod parallel;
 mod pieces;
 mod reasons;
 mod report;

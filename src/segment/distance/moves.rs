@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::engine::{Model, borders, put_in, retain, take, take_core};
 use super::family::{Families, Scored};
 use super::label::{self, ACCEPT, MOST, best_of, members};
+use super::parallel::{Directions, asked};
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
@@ -44,6 +45,7 @@ pub fn remove_needless(scene: &Scene, model: &mut Model, families: &Families) ->
     let elsewhere = families.policy.merge;
     let groups = members(&model.labels, model.shapes.len());
     let around = neighbours_of(&borders(scene, &model.labels), model.shapes.len());
+    let directions = Directions::of(scene, &model.shapes, &groups);
     let mut order: Vec<usize> = (0..groups.len()).collect();
     order.sort_by_key(|&k| (groups[k].len(), k));
     let mut keep = vec![true; groups.len()];
@@ -54,9 +56,11 @@ pub fn remove_needless(scene: &Scene, model: &mut Model, families: &Families) ->
             keep[b] = false;
             continue;
         }
-        let length = s.family.description_length(n);
         let elsewhere =
             if elsewhere { explaining(scene, model, &groups[b], b, inverse) } else { Vec::new() };
+        let others = elsewhere.iter().flat_map(|&a| take(scene, &groups[a], 200));
+        let count = elsewhere.iter().map(|&a| groups[a].len()).sum::<usize>();
+        let length = own_length(scene, &s, &groups[b], others, count, &directions, families);
         // A surface elsewhere must explain the region as well as its own does: what it saves is the
         // parameters alone. Beside it a region may be a fragment of the labels' making.
         let moved =
@@ -74,6 +78,28 @@ pub fn remove_needless(scene: &Scene, model: &mut Model, families: &Families) ->
     let gone = keep.iter().filter(|k| !**k).count();
     retain(model, &keep);
     gone
+}
+
+/// What a region's surface costs beside its residuals: for a plane that could as well be parallel to a better
+/// known one, what that one costs. `others` are some of the `count` points of the surfaces it may belong to.
+fn own_length(
+    scene: &Scene,
+    s: &Shape,
+    group: &[u32],
+    others: impl Iterator<Item = Vec3>,
+    count: usize,
+    directions: &Directions,
+    families: &Families,
+) -> f64 {
+    let free = s.family.description_length(group.len());
+    if s.family != Family::Plane {
+        return free;
+    }
+    let points = take(scene, group, usize::MAX);
+    let whole: Vec<Vec3> = take(scene, group, 200).into_iter().chain(others).collect();
+    let needed = asked(&whole, group.len() + count);
+    let parallel = directions.plane(&points, &s.w(), needed, families);
+    parallel.map_or(free, |p| free.min(p.1 - families.score(*s, &points).chi2))
 }
 
 /// Labels for the points of region `b` from the regions `near`, where their surfaces explain them for less

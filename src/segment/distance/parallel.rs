@@ -1,0 +1,94 @@
+//! Planes parallel to a better known one.
+//!
+//! Faces of machined parts are mostly parallel to others. A narrow strip hardly tells its tilt, so that a tilted
+//! plane lies within noise of several strips of unlike heights, and costs fewer parameters than a plane for
+//! each. A plane that has the direction of another one costs its height alone.
+
+use super::engine::take;
+use super::family::Families;
+use super::scene::Scene;
+use crate::fit::{Family, Shape};
+use crate::geometry::{Mat3, Vec3};
+
+/// How many times better a plane must tell its tilt than it is asked for.
+const BETTER: f64 = 4.0;
+/// Largest angle (sine) by which its direction may miss a strip's own.
+const TILT: f64 = 0.1;
+/// Directions that are tried, the best known ones.
+const TRIED: usize = 6;
+/// Points of a plane that tell how far it reaches.
+const SAMPLE: usize = 400;
+
+/// Normals of a model's planes, the best known ones first.
+pub struct Directions(Vec<Direction>);
+
+/// The normal of a plane and what its points tell of it: their number times their variance along the plane's
+/// narrow side.
+struct Direction {
+    normal: Vec3,
+    known: f64,
+}
+
+impl Directions {
+    /// Those of the planes among `shapes`, whose regions are `groups`.
+    pub fn of(scene: &Scene, shapes: &[Shape], groups: &[Vec<u32>]) -> Self {
+        let direction = |(s, group): (&Shape, &Vec<u32>)| {
+            let points = take(scene, group, SAMPLE);
+            let known = group.len() as f64 * extents(&points)[1];
+            (s.family == Family::Plane).then(|| Direction { normal: s.w(), known })
+        };
+        let mut all: Vec<Direction> = shapes.iter().zip(groups).filter_map(direction).collect();
+        all.sort_by(|a, b| b.known.total_cmp(&a.known));
+        Self(all)
+    }
+
+    /// The cheapest plane through some points that is parallel to one known as well as [`asked`], and what it costs:
+    /// its truncated chi2 and the description length of its height. `normal` is the points' own.
+    pub fn plane(
+        &self,
+        points: &[Vec3],
+        normal: &Vec3,
+        asked: f64,
+        families: &Families,
+    ) -> Option<(Shape, f64)> {
+        self.0
+            .iter()
+            .take_while(|d| d.known >= asked)
+            .filter(|d| d.normal.cross(normal).norm() < TILT)
+            .take(TRIED)
+            .filter_map(|d| {
+                let plane = through(points, &d.normal, families.sigma)?;
+                Some((plane, families.score(plane, points).chi2 + (points.len() as f64).ln()))
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+/// How well a direction must be known for `count` points, of which these are some, to say whether they lie along
+/// it. Whether a plane is one or several is asked at the directions that the whole of it can judge.
+pub fn asked(points: &[Vec3], count: usize) -> f64 {
+    BETTER * count as f64 * extents(points)[2]
+}
+
+/// Variances of points along their principal directions, rising.
+fn extents(points: &[Vec3]) -> [f64; 3] {
+    let n = points.len().max(1) as f64;
+    let mean = points.iter().sum::<Vec3>() / n;
+    let scatter = points.iter().fold(Mat3::zeros(), |m, p| m + (p - mean) * (p - mean).transpose());
+    let mut variances: [f64; 3] = (scatter / n).symmetric_eigenvalues().into();
+    variances.sort_by(f64::total_cmp);
+    variances
+}
+
+/// The plane of a direction through some points, those far from their median left out.
+fn through(points: &[Vec3], normal: &Vec3, sigma: f64) -> Option<Shape> {
+    let mut heights: Vec<f64> = points.iter().map(|p| p.dot(normal)).collect();
+    if heights.is_empty() {
+        return None;
+    }
+    let middle = heights.len() / 2;
+    let median = *heights.select_nth_unstable_by(middle, f64::total_cmp).1;
+    heights.retain(|h| (h - median).abs() < 4.0 * sigma);
+    let height = heights.iter().sum::<f64>() / heights.len() as f64;
+    Some(Shape::with_axis(Family::Plane, normal * height, *normal, [0.0; 3]))
+}
