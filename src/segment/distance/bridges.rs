@@ -21,6 +21,8 @@ use crate::geometry::Vec3;
 const SMOOTH: f64 = 0.98;
 /// Share of the region's points that its pieces must hold together.
 const MOST: f64 = 0.5;
+/// Share of them that may lie in pieces that are curved: one small cone among chamfers keeps its surface.
+const CURVED: f64 = 0.4;
 /// How much worse in BIC a plane may do on one piece where planes do better on all together: a few leaked
 /// points bend a strip.
 const DOUBT: f64 = 30.0;
@@ -122,13 +124,21 @@ fn planes_instead(
     }
     let mut gain = 0.0;
     let mut planes = Vec::with_capacity(pieces.len());
+    let mut curved = Vec::new();
     for piece in pieces {
         let (plane, saved) = gain_of_plane(shape, &take(scene, &piece, SAMPLE), families)?;
         if saved < -DOUBT {
-            return None;
+            curved.extend(piece);
+        } else {
+            gain += saved;
+            planes.push((plane, piece));
         }
-        gain += saved;
-        planes.push((plane, piece));
+    }
+    if planes.len() < 2 || curved.len() as f64 > CURVED * held as f64 {
+        return None;
+    }
+    if !curved.is_empty() {
+        planes.push((*shape, curved));
     }
     (gain > 0.0).then_some(planes)
 }
@@ -147,7 +157,8 @@ fn strips_instead(
     let needed = asked(&whole, group.len());
     let joint = directions.plane(&whole, &plane.w(), needed, families)?.1;
     // Nothing is to be gained where the plane could be parallel to that one itself.
-    if joint < own(&whole) + plane.family.description_length(whole.len()) {
+    let length = directions.length(plane, &whole, needed, families);
+    if joint <= own(&whole) + length {
         return None;
     }
     let mut pieces = smooth_pieces(scene, plane, group);
@@ -156,7 +167,7 @@ fn strips_instead(
     if pieces.len() < 2 || (held as f64) < MOST * group.len() as f64 {
         return None;
     }
-    let mut gain = plane.family.description_length(group.len());
+    let mut gain = length;
     let mut planes = Vec::with_capacity(pieces.len());
     for piece in pieces {
         let points = take(scene, &piece, usize::MAX);

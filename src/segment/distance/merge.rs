@@ -55,21 +55,20 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                     return None;
                 }
                 let points: Vec<Vec3> = samples[a].iter().chain(&samples[b]).copied().collect();
-                let length = |s: &Shape| s.family.description_length(points.len());
                 let needed = asked(&points, groups[a].len() + groups[b].len());
-                let flat = |s: &Shape, p: &[Vec3]| {
-                    let plane = s.family == Family::Plane;
-                    plane.then(|| directions.plane(p, &s.w(), needed, families)).flatten()
+                let length = |s: &Shape, p: &[Vec3]| match s.family {
+                    Family::Plane => directions.length(s, p, needed, families),
+                    family => family.description_length(points.len()),
                 };
                 let alone = |k: usize| {
                     let (s, p) = (&model.shapes[k], &samples[k]);
-                    let free = cost(s, p) + length(s);
-                    flat(s, p).map_or(free, |f| free.min(f.1))
+                    cost(s, p) + length(s, p)
                 };
                 let apart = alone(a) + alone(b);
                 let mut best: Option<(f64, Shape)> = None;
-                if sa.family == sb.family {
-                    best = flat(sa, &points)
+                if sa.family == Family::Plane && sb.family == Family::Plane {
+                    best = directions
+                        .plane(&points, &sa.w(), needed, families)
                         .filter(|(s, _)| sound(s, &samples[a]) && sound(s, &samples[b]))
                         .map(|(s, c)| (c, s));
                 }
@@ -85,7 +84,7 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                     if !sound(&f.shape, &samples[a]) || !sound(&f.shape, &samples[b]) {
                         continue;
                     }
-                    let c = cost(&f.shape, &points) + length(s);
+                    let c = cost(&f.shape, &points) + length(&f.shape, &points);
                     if best.is_none_or(|b| c < b.0) {
                         best = Some((c, f.shape));
                     }

@@ -91,15 +91,13 @@ fn own_length(
     directions: &Directions,
     families: &Families,
 ) -> f64 {
-    let free = s.family.description_length(group.len());
     if s.family != Family::Plane {
-        return free;
+        return s.family.description_length(group.len());
     }
     let points = take(scene, group, usize::MAX);
     let whole: Vec<Vec3> = take(scene, group, 200).into_iter().chain(others).collect();
     let needed = asked(&whole, group.len() + count);
-    let parallel = directions.plane(&points, &s.w(), needed, families);
-    parallel.map_or(free, |p| free.min(p.1 - families.score(*s, &points).chi2))
+    directions.length(s, &points, needed, families)
 }
 
 /// Labels for the points of region `b` from the regions `near`, where their surfaces explain them for less

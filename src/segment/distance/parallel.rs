@@ -12,6 +12,10 @@ use crate::geometry::{Mat3, Vec3};
 
 /// How many times better a plane must tell its tilt than it is asked for.
 const BETTER: f64 = 4.0;
+/// Description length of a face of its own beside that of its height.
+const HEIGHT: f64 = 4.0;
+/// How much less likely a face is that is nearly parallel to another than one that is (twice the log).
+const NEARLY: f64 = 8.0;
 /// Largest angle (sine) by which its direction may miss a strip's own.
 const TILT: f64 = 0.1;
 /// Directions that are tried, the best known ones.
@@ -42,6 +46,15 @@ impl Directions {
         Self(all)
     }
 
+    /// What a plane costs beside its truncated chi2 on some points: its description length, or what the cheapest
+    /// plane through them costs that is parallel to one known as well as [`asked`], which it nearly is.
+    pub fn length(&self, plane: &Shape, points: &[Vec3], asked: f64, families: &Families) -> f64 {
+        let free = plane.family.description_length(points.len());
+        self.plane(points, &plane.w(), asked, families).map_or(free, |(_, cost)| {
+            (free + NEARLY).min(cost - families.score(*plane, points).chi2)
+        })
+    }
+
     /// The cheapest plane through some points that is parallel to one known as well as [`asked`], and what it costs:
     /// its truncated chi2 and the description length of its height. `normal` is the points' own.
     pub fn plane(
@@ -58,7 +71,8 @@ impl Directions {
             .take(TRIED)
             .filter_map(|d| {
                 let plane = through(points, &d.normal, families.sigma)?;
-                Some((plane, families.score(plane, points).chi2 + (points.len() as f64).ln()))
+                let length = HEIGHT + (points.len() as f64).ln();
+                Some((plane, families.score(plane, points).chi2 + length))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
