@@ -286,13 +286,14 @@ fn tighten(scene: &Scene, model: &Model, families: &mut Families) {
     }
 }
 
-/// Share of the points that the surfaces of one level of form error explain beyond which no other is tried.
-const ALL: f64 = 0.9;
-/// Share of what any level explains that the first one taken does.
-const NEARLY: f64 = 0.9;
+/// Share of the points that surfaces with a form error explain at least.
+const LEAST: f64 = 0.1;
+/// Share that counts as all, and how much more of them another level must explain to be preferred.
+const ALL: f64 = 0.95;
+const MORE: f64 = 0.05;
 
-/// Finds the surfaces of a scene that have a form error: at the least multiple of the noise at which they
-/// explain nearly as much as at any. `scatter` is that of the scene's own neighbourhoods.
+/// Finds the surfaces of a scene that have a form error: at the first multiple of the noise at which they
+/// explain nearly all, or else most. `scatter` is that of the scene's own neighbourhoods.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -305,22 +306,24 @@ pub fn discover_with_form_error(
 ) -> Result<Model, Cancelled> {
     let seed = parameters.seed;
     let mut trials = (0, 0);
-    let mut found: Vec<(Model, Families)> = Vec::new();
-    for sigma in form::levels(families.sigma, scatter) {
+    let mut best: Option<(Model, Families)> = None;
+    let explained =
+        |best: &Option<(Model, Families)>| best.as_ref().map_or(0.0, |b| b.0.explained());
+    let between = form::between(families.sigma);
+    for sigma in form::levels(families.sigma, scatter).into_iter().chain(between) {
+        // What no level finds, none between them does.
+        if explained(&best) > ALL || between.contains(&sigma) && explained(&best) < LEAST {
+            break;
+        }
         let mut looser = Families { sigma, ..families.clone() };
         let hypotheses = form::loose_hypotheses(scene, &looser, seed, &mut trials, monitor)?;
         let Some(hypotheses) = hypotheses else { continue };
         let model = settled(scene, hypotheses, &mut looser, monitor)?;
-        let all = model.explained() > ALL;
-        found.push((model, looser));
-        if all {
-            break;
+        if model.explained() > explained(&best) + MORE {
+            best = Some((model, looser));
         }
     }
-    let most = found.iter().map(|f| f.0.explained()).fold(0.0, f64::max);
-    if most > LEAST
-        && let Some((model, looser)) = found.into_iter().find(|f| f.0.explained() >= NEARLY * most)
-    {
+    if let Some((model, looser)) = best.filter(|b| b.0.explained() > LEAST) {
         *families = looser;
         return Ok(Model { trials, ..model });
     }
@@ -328,9 +331,6 @@ pub fn discover_with_form_error(
     let model = settled(scene, few, families, monitor)?;
     Ok(Model { trials, ..model })
 }
-
-/// Share of the points that surfaces with a form error explain at least.
-const LEAST: f64 = 0.1;
 
 /// The model with a form error that hypotheses lead to.
 fn settled(

@@ -20,6 +20,7 @@ const FORM_SAMPLE: usize = 16;
 const CORRELATED: f64 = 0.07;
 /// Multiples of sigma at which surfaces with a form error are looked for.
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+const BETWEEN: [f64; 2] = [2.8, 5.6];
 /// How much more the thinner sample must scatter for a level of its own.
 const CLEARLY: f64 = 1.25;
 /// Seeds that tell whether a level is worth trying.
@@ -45,6 +46,11 @@ pub fn levels(noise: f64, thinner: f64) -> Vec<f64> {
     let most = LEVELS[LEVELS.len() - 1];
     levels.extend(Some(most * thinner).filter(|l| *l > CLEARLY * most * noise));
     levels
+}
+
+/// Levels between those, for what these do not find.
+pub fn between(noise: f64) -> [f64; 2] {
+    BETWEEN.map(|l| l * noise)
 }
 
 /// The hypotheses of a scene; none where its surfaces, if it has any, have a form error.

@@ -137,7 +137,7 @@ const COARSE: usize = 25_000;
 const CONFIRMED: usize = 50_000;
 /// Points that surfaces with a form error are looked for on. It is the same for all points nearby: more of them
 /// tell no more about the surface, but make its waves look like surfaces of their own.
-const FORM: usize = 16_000;
+const FORM: usize = 11_000;
 /// Points that surfaces are looked for on where the others are too thin for what is there.
 const FINE: usize = 320_000;
 /// Points of the sample that every surface must have for the sample to count as dense enough.
