@@ -1,6 +1,7 @@
 use std::io;
 
 use prost::Message;
+use rayon::prelude::*;
 
 use super::{Answer, Document, ErrorKind, ServiceError, message::v1};
 use crate::formats::{RegionRow, write_labelled_ply, write_labels_npy, write_regions_csv};
@@ -62,7 +63,7 @@ impl Representation {
     pub fn render(self, answer: Answer, labels: bool) -> Result<Vec<u8>, ServiceError> {
         let mut bytes = Vec::new();
         let written = match self {
-            Self::Json => return Ok(serde_json::to_vec(&answer.document.shown(labels))?),
+            Self::Json => return json(answer.document.shown(labels)),
             Self::Protobuf => {
                 let message = v1::Segmentation::from(answer.document.shown(labels));
                 return Ok(message.encode_to_vec());
@@ -73,6 +74,30 @@ impl Representation {
         };
         written.map(|()| bytes).map_err(|error: io::Error| unwritten(&error))
     }
+}
+
+/// Labels whose text is written at once.
+const BLOCK: usize = 1 << 15;
+
+/// The document as JSON, with its labels last: they are most of the text, and written by all threads.
+fn json(mut document: Document) -> Result<Vec<u8>, ServiceError> {
+    let Some(labels) = document.labels.take() else { return Ok(serde_json::to_vec(&document)?) };
+    let blocks: Vec<Vec<u8>> =
+        labels.par_chunks(BLOCK).map(serde_json::to_vec).collect::<Result<_, _>>()?;
+    let mut bytes = serde_json::to_vec(&document)?;
+    // the object is opened again
+    bytes.pop();
+    bytes.reserve(blocks.iter().map(Vec::len).sum::<usize>() + 16);
+    bytes.extend_from_slice(b",\"labels\":[");
+    for (k, block) in blocks.iter().enumerate() {
+        if k > 0 {
+            bytes.push(b',');
+        }
+        // without its own brackets
+        bytes.extend_from_slice(&block[1..block.len() - 1]);
+    }
+    bytes.extend_from_slice(b"]}");
+    Ok(bytes)
 }
 
 fn rows(document: &Document) -> Vec<RegionRow> {
@@ -95,5 +120,34 @@ fn unwritten(error: &dyn std::fmt::Display) -> ServiceError {
 impl From<serde_json::Error> for ServiceError {
     fn from(error: serde_json::Error) -> Self {
         unwritten(&error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Input, Timing, UnassignedPoints};
+    use super::*;
+    use crate::segment::{Counters, Parameters};
+
+    #[test]
+    fn labels_written_by_all_threads_are_those_of_the_document() {
+        for n in [0, 1, BLOCK, BLOCK + 1, 3 * BLOCK - 5] {
+            let labels: Vec<i32> = (0..n as i32).map(|k| k % 1013 - 1).collect();
+            let document = Document {
+                conicoid: "1".into(),
+                input: Input { points: n, sha256: "0".into(), format: "ply".into(), skipped: 0 },
+                parameters: Parameters::default(),
+                regions: Vec::new(),
+                labels: Some(labels),
+                unassigned: UnassignedPoints::default(),
+                counters: Counters::default(),
+                timing: Timing::default(),
+            };
+            let told: Document = serde_json::from_slice(&json(document.clone()).unwrap()).unwrap();
+            assert_eq!(told, document);
+            assert_eq!(json(document.clone().shown(false)).unwrap(), {
+                serde_json::to_vec(&document.shown(false)).unwrap()
+            });
+        }
     }
 }

@@ -41,32 +41,32 @@ pub fn hypothesise(
     let mut failures_in_a_row = 0;
     let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(n)).collect();
     let mut tried = vec![false; n];
+    let mut pool: Vec<u32> = (0..n as u32).collect();
     let mut yields = std::collections::VecDeque::new();
     while failures_in_a_row < families.policy.failures * DRAW && trials.0 - before < most {
         monitor.check()?;
-        let mut pool: Vec<u32> = (0..n as u32)
-            .filter(|&i| {
-                let i = i as usize;
-                !covered[i] && !tried[i] && {
-                    let free =
-                        scene.neighbours(i).iter().filter(|&&j| !covered[j as usize]).count();
-                    free * 2 >= super::scene::K
-                }
-            })
-            .collect();
+        // Points are only ever covered and tried: what has left the pool stays out.
+        pool.retain(|&i| {
+            let i = i as usize;
+            !covered[i] && !tried[i] && {
+                let free = scene.neighbours(i).iter().filter(|&&j| !covered[j as usize]).count();
+                free * 2 >= super::scene::K
+            }
+        });
         if pool.len() < 8 {
             break;
         }
         let mut seeds = Vec::new();
+        let mut left = pool.clone();
         for _ in 0..BATCH.min(2 + pool.len() / 12_000) {
             // The smoothest of a few: interiors before edges, yet a tight arc has its turn.
             let pick = (0..8)
-                .map(|_| random.below(pool.len()))
+                .map(|_| random.below(left.len()))
                 .min_by(|&a, &b| {
-                    scene.roughness[pool[a] as usize].total_cmp(&scene.roughness[pool[b] as usize])
+                    scene.roughness[left[a] as usize].total_cmp(&scene.roughness[left[b] as usize])
                 })
                 .unwrap_or(0);
-            seeds.push(pool.swap_remove(pick) as usize);
+            seeds.push(left.swap_remove(pick) as usize);
         }
         let grown: Vec<Option<Hypothesis>> = seeds
             .par_iter()
