@@ -143,9 +143,9 @@ const FINE: usize = 320_000;
 /// Points of the sample that every surface must have for the sample to count as dense enough.
 const DENSE_ENOUGH: usize = 200;
 
-/// Share of a sample that surfaces with a form error must explain to be believed although more points might tell
-/// more.
-const SEEN: f64 = 0.1;
+/// Share of a sample that surfaces with a form error must explain to be believed although a fine sample might
+/// show that there is none.
+const SEEN: f64 = 0.9;
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
 fn discover_on_samples(
@@ -160,18 +160,27 @@ fn discover_on_samples(
     };
     // A sample of most of the points saves nothing.
     let mut size = if n <= 2 * COARSE { n } else { COARSE };
+    let mut formed: Option<Discovery> = None;
     loop {
         let found = discover(points, size, None, parameters, monitor)?;
         if found.model.form_error {
+            if let Some(formed) = formed {
+                return label(formed);
+            }
             if size < n.min(CONFIRMED) {
                 size = CONFIRMED;
                 continue;
             }
-            let formed = discover(points, FORM, Some(found.noise), parameters, monitor)?;
-            if size >= n.min(FINE) || formed.model.explained() > SEEN {
-                return label(formed);
+            let found = discover(points, FORM, Some(found.noise), parameters, monitor)?;
+            if size >= n.min(FINE) || found.model.explained() > SEEN {
+                return label(found);
             }
-            size = FINE;
+            // Narrow faces that are crowded on a coarse sample are not on a fine one.
+            (formed, size) = (Some(found), FINE);
+        } else if let Some(formed) =
+            formed.take_if(|f| f.model.explained() > found.model.explained())
+        {
+            return label(formed);
         } else if size >= n.min(FINE) {
             return label(found);
         } else {
