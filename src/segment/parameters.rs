@@ -29,7 +29,7 @@ pub struct Parameters {
     pub min_points: usize,
     /// Largest number of regions reported.
     pub max_regions: usize,
-    /// Largest gap inside one piece of a surface; from the point spacing when absent.
+    /// Largest gap inside one piece of a surface: wider ones part it into regions; none does when absent.
     pub connectivity: Option<f64>,
     /// Smallest radius or semi-axis looked for.
     pub min_radius: Option<f64>,
@@ -185,7 +185,7 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "Largest gap inside one piece of a surface (from the point spacing when absent)",
+        help: "Largest gap inside one piece of a surface: wider ones part it (none does when absent)",
     },
     ParameterSpec {
         name: "min_radius",

@@ -13,7 +13,7 @@ const ROUNDS: usize = 5;
 const MOST: f64 = 1.3;
 
 pub fn run() -> Vec<String> {
-    let bytes = bytes::Bytes::from(bracket(POINTS));
+    let bytes = bracket(POINTS);
     let cloud = read(&bytes, None, &Limits::default()).unwrap();
     let server = Server::start(&[]);
     let (client, url) = (reqwest::Client::new(), server.segmentations());
