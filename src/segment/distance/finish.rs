@@ -276,3 +276,33 @@ pub fn shares(scene: &Scene, model: &Model, sigma: f64) -> Vec<Share> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_ellipsoid_is_as_wide_as_its_cylinder_where_its_points_lie() {
+        let ellipsoid = Shape {
+            family: Family::Ellipsoid,
+            origin: Vec3::new(1.0, 2.0, 3.0),
+            frame: Mat3::identity(),
+            size: [1000.0, 10.0, 10.0],
+        };
+        let centroid = ellipsoid.origin + Vec3::new(600.0, 8.0, 0.0);
+        for form in [false, true] {
+            let simpler = nested(&ellipsoid, &centroid, form);
+            let families: Vec<Family> = simpler.iter().map(|s| s.family).collect();
+            if !form {
+                assert_eq!(families, [Family::Sphere]);
+                continue;
+            }
+            assert_eq!(families, [Family::EllipticCylinder, Family::Cylinder, Family::Sphere]);
+            for s in &simpler[..2] {
+                assert!((s.size[0] - 8.0).abs() < 1e-12, "{s:?}");
+                assert!(s.distance(&centroid).abs() < 1e-9, "{s:?}");
+                assert!(s.w().cross(&Vec3::x()).norm() < 1e-12, "{s:?}");
+            }
+        }
+    }
+}

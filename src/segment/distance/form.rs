@@ -219,6 +219,13 @@ mod tests {
     }
 
     #[test]
+    fn a_thinner_sample_has_a_level_of_its_own_where_it_scatters_clearly_more() {
+        assert_eq!(levels(0.5, 0.5), [0.5, 1.0, 2.0, 4.0]);
+        assert_eq!(levels(0.5, 0.6), [0.5, 1.0, 2.0, 4.0]);
+        assert_eq!(levels(0.5, 1.0), [0.5, 1.0, 2.0, 4.0, 8.0]);
+    }
+
+    #[test]
     fn the_common_share_is_that_of_both_in_either() {
         assert_eq!(common_share(&[1, 2, 3, 4], &[4, 3, 9, 8]), 2.0 / 6.0);
         assert_eq!(common_share(&[1, 2], &[2, 1]), 1.0);

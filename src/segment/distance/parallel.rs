@@ -106,3 +106,82 @@ fn through(points: &[Vec3], normal: &Vec3, sigma: f64) -> Option<Shape> {
     let height = heights.iter().sum::<f64>() / heights.len() as f64;
     Some(Shape::with_axis(Family::Plane, normal * height, *normal, [0.0; 3]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::engine::Model;
+    use super::super::family::Policy;
+    use super::super::merge::merge;
+    use super::*;
+    use crate::segment::Parameters;
+    use crate::segment::random::SplitMix64;
+
+    const SIGMA: f64 = 0.02;
+
+    fn uniform(random: &mut SplitMix64, from: f64, to: f64) -> f64 {
+        from + (to - from) * random.below(1 << 30) as f64 / f64::from(1 << 30)
+    }
+
+    /// Points of a level rectangle around `x`, so wide, 40 long, at a height.
+    fn face(random: &mut SplitMix64, n: usize, x: f64, width: f64, height: f64) -> Vec<Vec3> {
+        let mut point = || {
+            let noise = SIGMA * (0..12).map(|_| uniform(random, -0.5, 0.5)).sum::<f64>();
+            let across = uniform(random, -width / 2.0, width / 2.0);
+            Vec3::new(x + across, uniform(random, 0.0, 40.0), height + noise)
+        };
+        (0..n).map(|_| point()).collect()
+    }
+
+    /// How many planes are left of faces, each with a plane of its own, once they are merged.
+    fn left(faces: &[Vec<Vec3>]) -> usize {
+        let mut model = Model::default();
+        for (label, face) in faces.iter().enumerate() {
+            let mean = face.iter().sum::<Vec3>() / face.len() as f64;
+            model.shapes.push(Shape::with_axis(Family::Plane, mean, Vec3::z(), [0.0; 3]));
+            model.labels.extend(vec![label as i32; face.len()]);
+        }
+        let families = Families {
+            allowed: Family::ALL.to_vec(),
+            sigma: SIGMA,
+            floor: SIGMA,
+            max_radius: 1e4,
+            policy: Policy::of(&Parameters::default()),
+        };
+        merge(&Scene::new(faces.concat()), &mut model, &families);
+        model.shapes.len()
+    }
+
+    #[test]
+    fn strips_at_unlike_heights_over_a_base_stay_apart_and_those_at_one_height_join() {
+        let random = &mut SplitMix64::new(4);
+        let strip = |random: &mut SplitMix64, x, height| face(random, 200, x, 1.0, height);
+        let base = face(random, 16_000, 30.0, 80.0, 0.0);
+        let (a, b) = (strip(random, 0.0, 5.0), strip(random, 60.0, 5.06));
+        // a plane tilted by a thousandth holds both: only the base tells that it is none of the part's
+        assert_eq!(left(&[a.clone(), b.clone()]), 1);
+        assert_eq!(left(&[base.clone(), a.clone(), b]), 3);
+        assert_eq!(left(&[base, a, strip(random, 60.0, 5.0)]), 2);
+    }
+
+    #[test]
+    fn a_direction_no_better_known_than_asked_is_none() {
+        let random = &mut SplitMix64::new(5);
+        let faces = [face(random, 400, 0.0, 1.0, 0.0), face(random, 200, 60.0, 1.0, 5.0)];
+        let scene = Scene::new(faces.concat());
+        let groups = [(0..400).collect(), (400..600).collect()];
+        let plane = |height| {
+            Shape::with_axis(Family::Plane, Vec3::new(0.0, 0.0, height), Vec3::z(), [0.0; 3])
+        };
+        let directions = Directions::of(&scene, &[plane(0.0), plane(5.0)], &groups);
+        let families = Families {
+            allowed: Vec::new(),
+            sigma: SIGMA,
+            floor: SIGMA,
+            max_radius: 1e4,
+            policy: Policy::of(&Parameters::default()),
+        };
+        let (needed, normal) = (asked(&faces[1], 200), Vec3::z());
+        assert!(directions.plane(&faces[1], &normal, needed, &families).is_none());
+        assert!(directions.plane(&faces[1], &normal, needed / 1e4, &families).is_some());
+    }
+}
