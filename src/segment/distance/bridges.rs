@@ -1,16 +1,17 @@
-//! Curved surfaces that bridge planes.
+//! Surfaces that bridge planes.
 //!
 //! The chamfers of a plate are narrow, so a cone or a cylinder that touches each along a line lies within
 //! noise of all of them and costs fewer parameters than the planes do. A surface that is curved shows it in
-//! some connected piece of it.
+//! some connected piece of it. A tilted plane holds level strips of unlike heights in the same way: see
+//! [`directions`](super::directions).
 
 use rayon::prelude::*;
 
+use super::directions::{Directions, asked};
 use super::engine::{Model, take};
 use super::family::Families;
 use super::hypothesis::Walk;
 use super::label::members;
-use super::parallel::{Directions, asked};
 use super::scene::Scene;
 use super::union::Union;
 use crate::fit::least_squares::{Options, fit};
@@ -32,12 +33,11 @@ const LEAST: usize = 24;
 const SAMPLE: usize = 1000;
 const LOOK: usize = 250;
 
-/// A plane and its points.
+/// A surface, mostly a plane, and its points.
 type Piece = (Shape, Vec<u32>);
 
-/// Puts planes in the place of every curved surface that is curved in no connected piece of its region, and of
-/// every plane through strips that lie parallel to a better known one.
-/// Returns how many surfaces went.
+/// Puts planes in the place of every curved surface that is curved in no large connected piece of its region, and
+/// of every plane through strips that lie parallel to a better known one. Returns how many surfaces went.
 pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families) -> usize {
     let groups = members(&model.labels, model.shapes.len());
     let directions = Directions::of(scene, &model.shapes, &groups);
@@ -109,19 +109,15 @@ fn gain_of_plane(shape: &Shape, points: &[Vec3], families: &Families) -> Option<
     Some((plane, families.score(own, points).bic - families.score(plane, points).bic))
 }
 
-/// A plane for each large piece of a curved region, where all of them are flat and there are several.
+/// A plane for each large flat piece of a curved region, where most of it lies in such; the rest keeps the surface.
 fn planes_instead(
     scene: &Scene,
     shape: &Shape,
     group: &[u32],
     families: &Families,
 ) -> Option<Vec<Piece>> {
-    let mut pieces = smooth_pieces(scene, shape, group);
-    pieces.retain(|p| p.len() >= LEAST);
+    let pieces = large_pieces(scene, shape, group)?;
     let held: usize = pieces.iter().map(Vec::len).sum();
-    if pieces.len() < 2 || (held as f64) < MOST * group.len() as f64 {
-        return None;
-    }
     let mut gain = 0.0;
     let mut planes = Vec::with_capacity(pieces.len());
     let mut curved = Vec::new();
@@ -161,12 +157,7 @@ fn strips_instead(
     if joint <= own(&whole) + length {
         return None;
     }
-    let mut pieces = smooth_pieces(scene, plane, group);
-    pieces.retain(|p| p.len() >= LEAST);
-    let held: usize = pieces.iter().map(Vec::len).sum();
-    if pieces.len() < 2 || (held as f64) < MOST * group.len() as f64 {
-        return None;
-    }
+    let pieces = large_pieces(scene, plane, group)?;
     let mut gain = length;
     let mut planes = Vec::with_capacity(pieces.len());
     for piece in pieces {
@@ -176,6 +167,14 @@ fn strips_instead(
         planes.push((strip, piece));
     }
     (gain > 0.0).then_some(planes)
+}
+
+/// The pieces of a region that are large enough to judge, where there are several and they hold most of it.
+fn large_pieces(scene: &Scene, shape: &Shape, group: &[u32]) -> Option<Vec<Vec<u32>>> {
+    let mut pieces = smooth_pieces(scene, shape, group);
+    pieces.retain(|p| p.len() >= LEAST);
+    let held: usize = pieces.iter().map(Vec::len).sum();
+    (pieces.len() >= 2 && held as f64 >= MOST * group.len() as f64).then_some(pieces)
 }
 
 /// The pieces of a region over which its surface's normal turns steadily, larger ones first.

@@ -7,6 +7,7 @@ use super::family::{Families, Policy};
 use super::form;
 use super::hypothesis::{Hypothesis, correlated, correlation};
 use super::label::{members, relabel};
+use super::median::deviation;
 use super::merge::{SOUND, merge};
 use super::moves::{remove_needless, swap_families};
 use super::scene::Scene;
@@ -134,18 +135,11 @@ pub fn retain(model: &mut Model, keep: &[bool]) -> bool {
 
 /// Robust sigma of all labelled points about their surfaces.
 pub fn residual_sigma(scene: &Scene, model: &Model) -> Option<f64> {
-    let mut r: Vec<f64> = model
-        .labels
-        .iter()
-        .zip(&scene.points)
-        .filter(|(l, _)| **l >= 0)
-        .map(|(&l, p)| model.shapes[l as usize].distance(p).abs())
-        .collect();
-    if r.len() < 100 {
+    let labelled = model.labels.iter().zip(&scene.points).filter(|(l, _)| **l >= 0);
+    if labelled.clone().count() < 100 {
         return None;
     }
-    let k = r.len() / 2;
-    Some(1.4826 * *r.select_nth_unstable_by(k, f64::total_cmp).1)
+    deviation(labelled.map(|(&l, p)| model.shapes[l as usize].distance(p)))
 }
 
 /// Puts each region's best family in, judged on its core.

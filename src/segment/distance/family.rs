@@ -11,10 +11,14 @@ const SCREEN: usize = 250;
 
 /// Points that a start is made from where the first family that explains all will do.
 const START: usize = 160;
-/// Points that a start is first fitted to, where the first family that explains all will do, and the reduced
-/// chi2 of these few beyond which that family is out.
+/// Points that a start is first fitted to, and the reduced chi2 of these few beyond which a family is out where
+/// the first that explains all will do.
 const GLANCE: usize = 80;
 const HOPELESS: f64 = 3.0;
+/// A family comes near the best where its chi2 is below this many times that one's and this much a point; on the
+/// few points of a glance, below twice that.
+const NEARBY: f64 = 1.5;
+const SLACK: f64 = 0.4;
 /// Difference in chi2 of two fits of one family that are the same, and how many unlike ones are followed up.
 const SAME: f64 = 0.1;
 const PROMISING: usize = 2;
@@ -160,7 +164,7 @@ impl Families {
             tried.push(fits);
         }
         let best = |tried: &[Scored]| tried.iter().map(|s| s.chi2).fold(f64::INFINITY, f64::min);
-        let near = |least: f64, m: usize| 1.5 * least + 0.4 * m as f64;
+        let near = |least: f64, m: usize| NEARBY * least + SLACK * m as f64;
         let least = tried.iter().map(|t| best(t)).fold(f64::INFINITY, f64::min);
         tried.retain(|t| best(t) < 2.0 * near(least, glance.len()));
         let mut screened: Vec<Scored> = tried

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::engine::Model;
 use super::label::{MOST, candidates, energies};
+use super::median::deviation;
 use super::scene::Scene;
 use super::spread::{Labelled, Share, posterior};
 use crate::fit::least_squares::{Columns, Fitted, Normal, Options, fit, fit_columns, squares};
@@ -46,8 +47,7 @@ pub fn finish(points: &[Vec3], labelled: &Labelled, model: &mut Model, sigma: f6
     shapes.par_iter_mut().zip(&mut samples).for_each(|(s, (points, total))| {
         points.fill_up();
         points.centre();
-        let scale = || scatter(s, points).min(sigma);
-        let cauchy = model.form_error.then(|| CAUCHY * scale());
+        let cauchy = model.form_error.then(|| CAUCHY * scatter(s, points).min(sigma));
         *s = simplest(s, points, *total, sigma, cauchy);
     });
     if model.form_error {
@@ -69,12 +69,7 @@ pub fn finish(points: &[Vec3], labelled: &Labelled, model: &mut Model, sigma: f6
 /// Robust standard deviation of some of the points about a surface.
 fn scatter(shape: &Shape, points: &Columns) -> f64 {
     let ruler = Ruler::of(shape);
-    let mut r: Vec<f64> = points.thinned(FEW).iter().map(|p| ruler.distance(p).abs()).collect();
-    if r.is_empty() {
-        return f64::INFINITY;
-    }
-    let middle = r.len() / 2;
-    1.4826 * *r.select_nth_unstable_by(middle, f64::total_cmp).1
+    deviation(points.thinned(FEW).iter().map(|p| ruler.distance(p))).unwrap_or(f64::INFINITY)
 }
 
 /// Each region's points and weights, thinned to the sample size, and its total weight.

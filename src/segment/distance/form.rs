@@ -20,6 +20,7 @@ const FORM_SAMPLE: usize = 16;
 const CORRELATED: f64 = 0.07;
 /// Multiples of sigma at which surfaces with a form error are looked for.
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// Those tried last, for what the others see only in part.
 const BETWEEN: [f64; 2] = [2.8, 5.6];
 /// How much more the thinner sample must scatter for a level of its own.
 const CLEARLY: f64 = 1.25;
@@ -39,7 +40,7 @@ fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
     bad.map(|h| h.support.len()).sum::<usize>() as f64 / all.max(1) as f64
 }
 
-/// The scatter about surfaces at which they are looked for, rising: multiples of the points' noise, and of what
+/// The scatter about surfaces at which these are looked for, rising: multiples of the points' noise, and of what
 /// the neighbourhoods of the thinner sample scatter by where that is clearly more.
 pub fn levels(noise: f64, thinner: f64) -> Vec<f64> {
     let mut levels: Vec<f64> = LEVELS.iter().map(|l| l * noise).collect();
@@ -48,7 +49,7 @@ pub fn levels(noise: f64, thinner: f64) -> Vec<f64> {
     levels
 }
 
-/// Levels between those, for what these do not find.
+/// Levels between those of [`levels`].
 pub fn between(noise: f64) -> [f64; 2] {
     BETWEEN.map(|l| l * noise)
 }
@@ -104,7 +105,7 @@ fn stable_share(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> f
     points(&good) as f64 / all.max(1) as f64
 }
 
-/// The hypotheses of a scene that stand out of its form.
+/// The hypotheses of a scene without surfaces at any level that stand out of its form.
 ///
 /// # Errors
 /// `monitor` cancelled the work.

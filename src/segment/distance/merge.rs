@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::directions::{Directions, asked};
 use super::engine::{Model, borders, retain, take};
 use super::family::Families;
 use super::label::members;
-use super::parallel::{Directions, asked};
+use super::median::median;
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Family, Ruler, Shape};
@@ -138,12 +139,8 @@ fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
     let size = reach(&pa).max(reach(&pb));
     let typical = |s: &Shape, p: &[Vec3]| {
         let mut d: Vec<f64> = p.iter().map(|x| s.distance(x).abs()).collect();
-        if d.is_empty() {
-            // a region may have lost its last points to its neighbours
-            return f64::INFINITY;
-        }
-        let middle = d.len() / 2;
-        *d.select_nth_unstable_by(middle, f64::total_cmp).1
+        // a region may have lost its last points to its neighbours
+        median(&mut d).unwrap_or(f64::INFINITY)
     };
     typical(a, &pb).min(typical(b, &pa)) < 0.1 * size
 }

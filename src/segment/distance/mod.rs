@@ -3,6 +3,7 @@
 
 mod bridges;
 mod constraints;
+mod directions;
 mod engine;
 mod evidence;
 mod family;
@@ -11,12 +12,12 @@ mod form;
 mod hypothesis;
 mod joints;
 mod label;
+mod median;
 mod merge;
 mod moves;
 mod nearest;
 mod noise;
 mod others;
-mod parallel;
 mod pieces;
 mod reasons;
 mod report;
@@ -171,12 +172,12 @@ fn discover_on_samples(
                 size = CONFIRMED;
                 continue;
             }
-            let found = discover(points, FORM, Some(found.noise), parameters, monitor)?;
-            if size >= n.min(FINE) || found.model.explained() > SEEN {
-                return label(found);
+            let loose = discover(points, FORM, Some(found.noise), parameters, monitor)?;
+            if size >= n.min(FINE) || loose.model.explained() > SEEN {
+                return label(loose);
             }
             // Narrow faces that are crowded on a coarse sample are not on a fine one.
-            (formed, size) = (Some(found), FINE);
+            (formed, size) = (Some(loose), FINE);
         } else if let Some(formed) =
             formed.take_if(|f| f.model.explained() > found.model.explained())
         {
@@ -204,11 +205,11 @@ struct Discovery {
 }
 
 /// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
-/// only where the `noise` of the points without it is given.
+/// only where `bare_noise`, that of the points without it, is given.
 fn discover(
     points: &[Vec3],
     limit: usize,
-    form: Option<f64>,
+    bare_noise: Option<f64>,
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Discovery, SegmentError> {
@@ -219,7 +220,7 @@ fn discover(
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let rounding = 5e-8 * extent;
     let estimate = noise::estimate(&scene);
-    let noise = parameters.noise_sigma.or(form).unwrap_or(estimate).max(rounding);
+    let noise = parameters.noise_sigma.or(bare_noise).unwrap_or(estimate).max(rounding);
     monitor.check()?;
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
     let allowed = parameters.tolerance.map_or(0.0, |t| t / label::ACCEPT);
@@ -237,7 +238,7 @@ fn discover(
     monitor.progress(Stage::Grow, 0.1);
     let model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
         Model { labels: vec![-1; m], ..Model::default() }
-    } else if form.is_some() {
+    } else if bare_noise.is_some() {
         engine::discover_with_form_error(&scene, &mut families, estimate, parameters, monitor)?
     } else {
         engine::discover(&scene, &mut families, parameters, monitor)?

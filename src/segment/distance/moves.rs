@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::directions::{Directions, asked};
 use super::engine::{Model, borders, put_in, retain, take, take_core};
 use super::family::{Families, Scored};
 use super::label::{self, ACCEPT, MOST, best_of, members};
-use super::parallel::{Directions, asked};
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;

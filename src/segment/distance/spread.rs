@@ -214,6 +214,12 @@ fn add_label(labels: &mut Vec<i32>, start: usize, l: i32) {
     }
 }
 
+/// The sample's points by where they lie; `None` of none.
+fn tree(scene: &Scene) -> Option<ImmutableKdTree<f64, 3>> {
+    let raw: Vec<[f64; 3]> = scene.points.iter().map(|p| (*p).into()).collect();
+    ImmutableKdTree::new_from_slice(&raw).ok()
+}
+
 /// Points near none of their stretch's candidates look at those of the sample points nearest in space:
 /// the curve jumps now and then.
 fn second_look(
@@ -228,8 +234,7 @@ fn second_look(
     if none.is_empty() {
         return;
     }
-    let raw: Vec<[f64; 3]> = scene.points.iter().map(|p| (*p).into()).collect();
-    let Ok(tree) = ImmutableKdTree::<f64, 3>::new_from_slice(&raw) else { return };
+    let Some(tree) = tree(scene) else { return };
     let found: Vec<i32> = none
         .par_iter()
         .with_min_len(256)
@@ -299,11 +304,7 @@ fn settle_by_sample(
     labels: &mut [i32],
     inverse: f64,
 ) -> Vec<Share> {
-    let raw: Vec<[f64; 3]> = scene.points.iter().map(|p| (*p).into()).collect();
-    let (Ok(tree), Some(k)) = (ImmutableKdTree::<f64, 3>::new_from_slice(&raw), NonZero::new(K))
-    else {
-        return Vec::new();
-    };
+    let (Some(tree), Some(k)) = (tree(scene), NonZero::new(K)) else { return Vec::new() };
     let (n, m) = (points.len(), scene.len());
     for (k, &l) in sample.iter().enumerate() {
         labels[super::place(k, m, n)] = l;
@@ -324,7 +325,7 @@ fn settle_by_sample(
     put(several, placed, labels)
 }
 
-/// Gives points their labels; those that count for several surfaces.
+/// Gives points their labels. Returns those that count for several surfaces.
 fn put(several: &[u32], placed: Vec<(i32, Vec<(i32, f64)>)>, labels: &mut [i32]) -> Vec<Share> {
     let mut shares = Vec::new();
     for (&i, (l, share)) in several.iter().zip(placed) {

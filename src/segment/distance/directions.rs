@@ -6,6 +6,7 @@
 
 use super::engine::take;
 use super::family::Families;
+use super::median::median;
 use super::scene::Scene;
 use crate::fit::{Family, Shape};
 use crate::geometry::{Mat3, Vec3};
@@ -37,11 +38,11 @@ impl Directions {
     /// Those of the planes among `shapes`, whose regions are `groups`.
     pub fn of(scene: &Scene, shapes: &[Shape], groups: &[Vec<u32>]) -> Self {
         let direction = |(s, group): (&Shape, &Vec<u32>)| {
-            let points = take(scene, group, SAMPLE);
-            let known = group.len() as f64 * extents(&points)[1];
-            (s.family == Family::Plane).then(|| Direction { normal: s.w(), known })
+            let known = group.len() as f64 * extents(&take(scene, group, SAMPLE))[1];
+            Direction { normal: s.w(), known }
         };
-        let mut all: Vec<Direction> = shapes.iter().zip(groups).filter_map(direction).collect();
+        let planes = shapes.iter().zip(groups).filter(|(s, _)| s.family == Family::Plane);
+        let mut all: Vec<Direction> = planes.map(direction).collect();
         all.sort_by(|a, b| b.known.total_cmp(&a.known));
         Self(all)
     }
@@ -97,11 +98,7 @@ fn extents(points: &[Vec3]) -> [f64; 3] {
 /// The plane of a direction through some points, those far from their median left out.
 fn through(points: &[Vec3], normal: &Vec3, sigma: f64) -> Option<Shape> {
     let mut heights: Vec<f64> = points.iter().map(|p| p.dot(normal)).collect();
-    if heights.is_empty() {
-        return None;
-    }
-    let middle = heights.len() / 2;
-    let median = *heights.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = median(&mut heights)?;
     heights.retain(|h| (h - median).abs() < 4.0 * sigma);
     let height = heights.iter().sum::<f64>() / heights.len() as f64;
     Some(Shape::with_axis(Family::Plane, normal * height, *normal, [0.0; 3]))
