@@ -1,5 +1,7 @@
 //! Discovery on a scene: hypotheses, selection, relabelling, merging, types, rejection.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::bridges::break_bridges;
@@ -15,7 +17,7 @@ use super::search::hypothesise;
 use super::select::select;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
-use crate::fit::{Family, Shape};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::{Cancelled, Monitor, Parameters, Stage};
 
@@ -139,7 +141,8 @@ pub fn residual_sigma(scene: &Scene, model: &Model) -> Option<f64> {
     if labelled.clone().count() < 100 {
         return None;
     }
-    deviation(labelled.map(|(&l, p)| model.shapes[l as usize].distance(p)))
+    let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
+    deviation(labelled.map(|(&l, p)| rulers[l as usize].distance(p)))
 }
 
 /// Puts each region's best family in, judged on its core.
@@ -188,20 +191,28 @@ fn worth_trying(families: &Families, shape: &Shape, points: &[Vec3]) -> Option<F
 }
 
 /// Pairs of labels that meet along a border, each with how many graph edges cross it.
-pub fn borders(scene: &Scene, labels: &[i32]) -> std::collections::BTreeMap<(usize, usize), usize> {
-    let mut out = std::collections::BTreeMap::new();
-    for (i, &l) in labels.iter().enumerate() {
-        if l < 0 {
-            continue;
-        }
-        for &j in scene.neighbours(i) {
-            let m = labels[j as usize];
-            if m >= 0 && m != l {
-                *out.entry((l.min(m) as usize, l.max(m) as usize)).or_insert(0) += 1;
+pub fn borders(scene: &Scene, labels: &[i32]) -> BTreeMap<(usize, usize), usize> {
+    let crossing = |mut out: BTreeMap<_, _>, i: usize| {
+        let l = labels[i];
+        if l >= 0 {
+            for &j in scene.neighbours(i) {
+                let m = labels[j as usize];
+                if m >= 0 && m != l {
+                    *out.entry((l.min(m) as usize, l.max(m) as usize)).or_insert(0) += 1;
+                }
             }
         }
-    }
-    out
+        out
+    };
+    let sum = |mut all: BTreeMap<_, _>, part: BTreeMap<_, _>| {
+        part.into_iter().for_each(|(pair, n)| *all.entry(pair).or_insert(0) += n);
+        all
+    };
+    (0..labels.len())
+        .into_par_iter()
+        .with_min_len(2048)
+        .fold(BTreeMap::new, crossing)
+        .reduce(BTreeMap::new, sum)
 }
 
 /// Rounds over what is still without a surface.

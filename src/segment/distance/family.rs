@@ -1,5 +1,7 @@
 //! Which family explains a set of points best.
 
+use rayon::prelude::*;
+
 use crate::fit::least_squares::{Fitted, Options, fit};
 use crate::fit::starts::{self, Patch};
 use crate::fit::{Family, Ruler, Shape};
@@ -111,7 +113,15 @@ impl Families {
 
     /// The best family for a patch: families by rising degrees of freedom, from `warm` shapes and
     /// from cold starts, up to the first that explains the points; the least BIC of those tried.
-    pub fn best(&self, patch: &Patch<'_>, warm: &[Shape]) -> Option<Scored> {
+    ///
+    /// Those in `hopeless` are left out, and those found to be so are put there: what does not explain a set
+    /// does not explain a larger one.
+    pub fn best(
+        &self,
+        patch: &Patch<'_>,
+        warm: &[Shape],
+        hopeless: &mut Vec<Family>,
+    ) -> Option<Scored> {
         let n = patch.points.len();
         let few = (n >= 2 * GLANCE).then(|| thinned(patch.points, GLANCE));
         let (points, normals);
@@ -127,10 +137,18 @@ impl Families {
             if n <= family.dof() + 3 {
                 break;
             }
+            if hopeless.contains(&family) {
+                continue;
+            }
             let mut starts = self.starts(family, &first, &seen, &quadrics);
-            if let Some(few) = &few {
+            if let Some(few) = &few
+                && !starts.is_empty()
+            {
                 starts =
                     self.promising(starts, few, HOPELESS).into_iter().map(|s| s.shape).collect();
+                if starts.is_empty() {
+                    hopeless.push(family);
+                }
             }
             if let Some(o) = self.polished(starts, patch.points, 14) {
                 seen.push(o.shape);
@@ -146,6 +164,11 @@ impl Families {
     /// The best fit of every family that comes near explaining the points as well as any, by degrees of
     /// freedom: all are tried on a few points, and those that come near on more.
     pub fn each(&self, patch: &Patch<'_>, warm: &[Shape]) -> Vec<Scored> {
+        self.each_but(patch, warm, &[])
+    }
+
+    /// [`each`](Self::each) without some families.
+    fn each_but(&self, patch: &Patch<'_>, warm: &[Shape], without: &[Family]) -> Vec<Scored> {
         let n = patch.points.len();
         let (points, normals);
         let mut screen = *patch;
@@ -158,6 +181,9 @@ impl Families {
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut tried: Vec<Vec<Scored>> = Vec::new();
         for &family in self.allowed.iter().take_while(|f| n > f.dof() + 3) {
+            if without.contains(&family) {
+                continue;
+            }
             let starts = self.starts(family, &screen, &seen, &quadrics);
             let fits = self.promising(starts, &glance, f64::INFINITY);
             seen.extend(fits.first().map(|f| f.shape));
@@ -168,7 +194,7 @@ impl Families {
         let least = tried.iter().map(|t| best(t)).fold(f64::INFINITY, f64::min);
         tried.retain(|t| best(t) < 2.0 * near(least, glance.len()));
         let mut screened: Vec<Scored> = tried
-            .into_iter()
+            .into_par_iter()
             .filter_map(|t| {
                 self.polished(t.into_iter().map(|s| s.shape).collect(), screen.points, 14)
             })
@@ -178,22 +204,31 @@ impl Families {
         }
         let least = best(&screened);
         screened.retain(|s| s.chi2 < near(least, SCREEN));
-        screened.into_iter().filter_map(|s| self.polished(vec![s.shape], patch.points, 8)).collect()
+        screened
+            .into_par_iter()
+            .filter_map(|s| self.polished(vec![s.shape], patch.points, 8))
+            .collect()
     }
 
-    /// The best family for a patch, each fitted until it no longer moves; `None` where that is hardly better
-    /// than `shape`.
-    pub fn thorough(&self, patch: &Patch<'_>, shape: &Shape) -> Option<Scored> {
+    /// The best family for a patch but the `hopeless` ones, each fitted until it no longer moves; `None` where
+    /// that is hardly better than `shape`.
+    pub fn thorough(
+        &self,
+        patch: &Patch<'_>,
+        shape: &Shape,
+        hopeless: &[Family],
+    ) -> Option<Scored> {
         let options = Options { cauchy: Some(2.5 * self.sigma), steps: 60, tolerance: 1e-7 };
         let before = self.score(*shape, patch.points);
         let mut starts = vec![*shape];
-        starts.extend(self.each(patch, &[*shape]).iter().map(|s| s.shape));
-        let best = starts
-            .iter()
+        starts.extend(self.each_but(patch, &[*shape], hopeless).iter().map(|s| s.shape));
+        let fitted: Vec<Scored> = starts
+            .par_iter()
             .filter_map(|s| fit(s, patch.points, None, &options))
             .filter(|f| !self.degenerate(&f.shape))
             .map(|f| self.score(f.shape, patch.points))
-            .min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+            .collect();
+        let best = fitted.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
         (best.bic < before.bic - LITTLE).then_some(best)
     }
 

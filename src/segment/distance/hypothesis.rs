@@ -220,7 +220,9 @@ fn grow_from(
         return None;
     }
     sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
-    let mut best: Scored = families.best(&Patch { points: &points, normals: &normals }, &[])?;
+    let mut hopeless = Vec::new();
+    let patch = Patch { points: &points, normals: &normals };
+    let mut best: Scored = families.best(&patch, &[], &mut hopeless)?;
     if best.reduced > 2.0 {
         return None;
     }
@@ -251,7 +253,7 @@ fn grow_from(
             thorough -= 1;
             sample(scene, &support, THOROUGH_SAMPLE, &mut points, &mut normals);
             let patch = Patch { points: &points, normals: &normals };
-            let Some(found) = families.thorough(&patch, &shape) else { break };
+            let Some(found) = families.thorough(&patch, &shape, &hopeless) else { break };
             best = found;
             continue;
         }
@@ -269,7 +271,10 @@ fn grow_from(
             }
             _ => {
                 let start = warm.map_or(shape, |w| w.shape);
-                let Some(next) = families.best(&patch, &[start]) else { break };
+                if stalled {
+                    hopeless.clear();
+                }
+                let Some(next) = families.best(&patch, &[start], &mut hopeless) else { break };
                 best = next;
                 fresh = true;
             }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::family::Families;
 use super::hypothesis::{Hypothesis, Walk, grow};
 use super::scene::Scene;
+use crate::fit::Ruler;
 use crate::segment::random::SplitMix64;
 use crate::segment::{Cancelled, Monitor};
 
@@ -87,8 +88,9 @@ pub fn hypothesise(
             };
             failures_in_a_row = 0;
             let limit = 2.5 * families.sigma;
+            let ruler = Ruler::of(&h.shape);
             for &j in &h.support {
-                if h.shape.distance(&scene.points[j as usize]).abs() < limit {
+                if ruler.distance(&scene.points[j as usize]).abs() < limit {
                     newly += usize::from(!covered[j as usize]);
                     covered[j as usize] = true;
                 }
