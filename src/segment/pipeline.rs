@@ -35,8 +35,9 @@ pub fn segment(
     if n < parameters.min_points {
         return Err(SegmentError::TooFewPoints { points: n, needed: parameters.min_points });
     }
-    match parameters.method {
+    // Hundreds of short steps are shared out: from outside the pool each would wait for a thread to wake.
+    rayon::scope(|_| match parameters.method {
         Method::Rcond => rcond::segment(cloud, parameters, monitor),
         Method::Distance => distance::segment(cloud, parameters, monitor),
-    }
+    })
 }

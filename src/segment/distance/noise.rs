@@ -66,18 +66,26 @@ pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
 fn robust_estimate(scene: &Scene, limit: f64) -> f64 {
     let n = scene.len();
     let stride = n.div_ceil(SAMPLE / 2);
-    let mut v: Vec<f64> = (0..n)
-        .into_par_iter()
-        .step_by(stride)
-        .map(|i| {
-            let origin = scene.points[i];
-            let mut q = [Vec3::zeros(); K];
-            for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
-                *q = scene.points[j as usize] - origin;
-            }
-            least_ninth(&q, limit * NINTH)
-        })
-        .collect();
+    let nearest = |stride: usize| -> Vec<f64> {
+        (0..n)
+            .into_par_iter()
+            .step_by(stride)
+            .map(|i| {
+                let origin = scene.points[i];
+                let mut q = [Vec3::zeros(); K];
+                for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
+                    *q = scene.points[j as usize] - origin;
+                }
+                least_ninth(&q, limit * NINTH)
+            })
+            .collect()
+    };
+    // Where so few are below the limit the quartile is not: five deviations for a thousand points and more.
+    let few = nearest(4 * stride);
+    if few.iter().filter(|d| d.is_finite()).count() * 10 < few.len() {
+        return f64::INFINITY;
+    }
+    let mut v = nearest(stride);
     let k = v.len() / 4;
     *v.select_nth_unstable_by(k, f64::total_cmp).1 / NINTH
 }
