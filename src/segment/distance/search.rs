@@ -59,7 +59,7 @@ pub fn hypothesise(
         }
         let mut seeds = Vec::new();
         let mut left = pool.clone();
-        for _ in 0..BATCH.min(3 + pool.len() / 12_000) {
+        for _ in 0..BATCH.min(2 + pool.len() / 12_000) {
             // The smoothest of a few: interiors before edges, yet a tight arc has its turn.
             let pick = (0..8)
                 .map(|_| random.below(left.len()))
