@@ -8,7 +8,7 @@ use conicoid::{
 use super::{block_on, cloud::bracket, missed, server::Server};
 
 const POINTS: usize = 1_000_000;
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 15;
 /// How many times the library's own time an answer may take.
 const MOST: f64 = 1.3;
 
