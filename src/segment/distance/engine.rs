@@ -15,6 +15,7 @@ use super::moves::{remove_needless, swap_families};
 use super::scene::Scene;
 use super::search::hypothesise;
 use super::select::select;
+use super::steps::split_steps;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Ruler, Shape};
@@ -396,7 +397,7 @@ fn converge(
         monitor.check()?;
         let swapped = swap_families(scene, model, families);
         monitor.check()?;
-        let broken = break_bridges(scene, model, families);
+        let broken = break_bridges(scene, model, families) + split_steps(scene, model, families);
         model.merges += merge(scene, model, families);
         settle(scene, model, families.sigma, 8);
         if gone + swapped + broken == 0 {

@@ -153,6 +153,10 @@ fn by_region(points: &[Vec3], labelled: &Labelled, range: Range<usize>) -> Vec<(
     out
 }
 
+/// What a curved surface must save in description length beside a plane: points of the neighbours among those of
+/// a narrow strip bend it.
+const LEAKED: f64 = 12.0;
+
 /// The shape fitted to weighted points, or a simpler family nested in its own where that one's
 /// description length is less. `total` is the weight of all points of which these are a sample.
 ///
@@ -178,7 +182,8 @@ fn simplest(shape: &Shape, points: &Columns, total: f64, sigma: f64, cauchy: Opt
     let inflation = Spread::of(&f.shape, &sample).inflation(sigma, share);
     let length = |f: &Fitted| {
         let chi2 = f.mean_sq * total / (sigma * sigma);
-        chi2 / inflation + f.shape.family.description_length(total as usize)
+        let length = chi2 / inflation + f.shape.family.description_length(total as usize);
+        if f.shape.family == Family::Plane { length - LEAKED } else { length }
     };
     // How much of a form error is the family's is not for it to say.
     let within_form = |f: &Fitted, best: &Fitted| {
@@ -299,5 +304,31 @@ mod tests {
                 assert!(s.w().cross(&Vec3::x()).norm() < 1e-12, "{s:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_strip_is_curved_only_where_that_saves_more_than_leaked_points_would() {
+        const SIGMA: f64 = 0.02;
+        let (columns, rows, width) = (90, 6, 1.4);
+        let n = columns * rows;
+        // What a cylinder of this radius saves in chi2 over a plane is n / sigma2 times the variance of x2 / (2 R).
+        let strip = |saved: f64| {
+            let x = |k: usize| width * (k as f64 / (rows - 1) as f64 - 0.5);
+            let sq: Vec<f64> = (0..rows).map(|k| x(k).powi(2)).collect();
+            let mean = sq.iter().sum::<f64>() / rows as f64;
+            let variance = sq.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / rows as f64;
+            let radius = (n as f64 * variance / (4.0 * saved * SIGMA * SIGMA)).sqrt();
+            let z = |x: f64| (radius * radius - x * x).sqrt() - radius;
+            let points: Vec<Vec3> =
+                (0..n).map(|k| Vec3::new(x(k % rows), (k / rows) as f64, z(x(k % rows)))).collect();
+            let origin = Vec3::new(0.0, 0.0, -radius);
+            let size = [radius, 0.0, 0.0];
+            let shape = Shape::with_axis(Family::Cylinder, origin, Vec3::y(), size);
+            simplest(&shape, &Columns::of(&points, None), n as f64, SIGMA, None).family
+        };
+        let length = |f: Family| f.description_length(n);
+        let dearer = length(Family::Cylinder) - length(Family::Plane);
+        assert_eq!(strip(dearer + 0.5 * LEAKED), Family::Plane);
+        assert_eq!(strip(dearer + 2.0 * LEAKED), Family::Cylinder);
     }
 }

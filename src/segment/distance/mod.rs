@@ -25,6 +25,7 @@ mod scene;
 mod search;
 mod select;
 mod spread;
+mod steps;
 mod uncertainty;
 mod union;
 

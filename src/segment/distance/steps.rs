@@ -1,0 +1,235 @@
+//! Surfaces that stand for two.
+//!
+//! Two seats of a shaft whose radii differ by a sigma or so touch each other: growth passes the step, for no
+//! point there lies off the surface, and one surface between the two, mostly a cone, explains nearly all. What gives
+//! it away is that residuals go together far beyond neighbours, above on one side of the step and below on the other.
+
+use rayon::prelude::*;
+
+use super::engine::{Model, take};
+use super::family::Families;
+use super::label::members;
+use super::scene::Scene;
+use super::union::Union;
+use crate::fit::least_squares::{Options, fit};
+use crate::fit::starts::Patch;
+use crate::fit::{Ruler, Shape};
+use crate::geometry::Vec3;
+
+/// Points of a side of a step, at least, and the least share of the region's.
+const LEAST: usize = 100;
+const SHARE: f64 = 0.1;
+/// Share of the region's points that the two sides must hold before labels settle: a wavy surface falls into more
+/// pieces.
+const MOST: f64 = 0.6;
+/// What two surfaces must save in BIC beside one.
+const STRONG: f64 = 20.0;
+/// Points of each side that fits look at.
+const SAMPLE: usize = 1500;
+/// Points of a block: enough that its mean shows a fraction of a sigma.
+const BLOCK: usize = 32;
+/// Spread of the blocks' means over what noise alone gives that is certainly more.
+const UNEVEN: f64 = 1.4;
+/// Rounds in which residuals are averaged with those of their neighbours.
+const SMOOTHING: usize = 2;
+
+/// One side of a step: its surface and its points.
+type Side = (Shape, Vec<u32>);
+
+/// Puts two surfaces in the place of each whose residuals are of one sign on one side of a step and of the other
+/// beyond it. Returns how many there were.
+pub fn split_steps(scene: &Scene, model: &mut Model, families: &Families) -> usize {
+    // A form error looks like steps everywhere.
+    if model.form_error {
+        return 0;
+    }
+    let groups = members(&model.labels, model.shapes.len());
+    let found: Vec<Option<[Side; 2]>> = model
+        .shapes
+        .par_iter()
+        .zip(&groups)
+        .map(|(shape, group)| {
+            let enough = group.len() >= 2 * LEAST;
+            (enough && is_uneven(scene, shape, group, families.sigma))
+                .then(|| sides(scene, shape, group, families))?
+        })
+        .collect();
+    let mut count = 0;
+    for (region, found) in found.into_iter().enumerate() {
+        let Some([(shape, own), (other, beyond)]) = found else { continue };
+        let label = model.shapes.len() as i32;
+        model.shapes[region] = shape;
+        model.shapes.push(other);
+        // what belongs to neither side yet goes to the one that suits it as labels settle
+        for &i in &groups[region] {
+            model.labels[i as usize] = -1;
+        }
+        own.into_iter().for_each(|i| model.labels[i as usize] = region as i32);
+        beyond.into_iter().for_each(|i| model.labels[i as usize] = label);
+        count += 1;
+    }
+    count
+}
+
+/// Whether the mean residuals of blocks of points that lie together spread more than the noise makes them.
+fn is_uneven(scene: &Scene, shape: &Shape, group: &[u32], sigma: f64) -> bool {
+    let ruler = Ruler::of(shape);
+    let limit = 3.0 * sigma;
+    let blocks = group.len() / BLOCK;
+    let sq_mean = |block: &[u32]| {
+        let distance = |i: &u32| ruler.distance(&scene.points[*i as usize]).clamp(-limit, limit);
+        (block.iter().map(distance).sum::<f64>() / block.len() as f64).powi(2)
+    };
+    let sum: f64 = group.chunks_exact(BLOCK).map(sq_mean).sum();
+    let spread = sum / blocks as f64 * BLOCK as f64 / (sigma * sigma);
+    spread > UNEVEN + 4.0 * (2.0 / blocks as f64).sqrt()
+}
+
+/// The two sides of the step in a region, where there is one that is worth two surfaces.
+fn sides(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Option<[Side; 2]> {
+    let n = group.len();
+    let beside: Vec<Vec<u32>> = group
+        .iter()
+        .map(|&i| {
+            let place = |j: &u32| group.binary_search(j).ok().map(|k| k as u32);
+            scene.neighbours(i as usize).iter().filter_map(place).collect()
+        })
+        .collect();
+    let ruler = Ruler::of(shape);
+    let mut height: Vec<f64> =
+        group.iter().map(|&i| ruler.distance(&scene.points[i as usize])).collect();
+    for _ in 0..SMOOTHING {
+        height = (0..n)
+            .map(|k| {
+                let sum: f64 = beside[k].iter().map(|&o| height[o as usize]).sum();
+                (height[k] + sum) / (beside[k].len() + 1) as f64
+            })
+            .collect();
+    }
+    let middle = middle_of(&height);
+    let above = |k: usize| height[k] > middle;
+    let mut union = Union::new(n);
+    for (k, beside) in beside.iter().enumerate() {
+        for &other in beside.iter().filter(|&&other| above(other as usize) == above(k)) {
+            union.join(k as u32, other);
+        }
+    }
+    let (upper, lower): (Vec<_>, Vec<_>) =
+        union.sets().into_iter().partition(|set| above(set[0] as usize));
+    let largest = |sets: Vec<Vec<u32>>| sets.into_iter().max_by_key(Vec::len);
+    let (upper, lower) = (largest(upper)?, largest(lower)?);
+    let least = LEAST.max((SHARE * n as f64) as usize);
+    if upper.len().min(lower.len()) < least
+        || ((upper.len() + lower.len()) as f64) < MOST * n as f64
+    {
+        return None;
+    }
+    let members = |side: Vec<u32>| -> Vec<u32> {
+        let mut members: Vec<u32> = side.into_iter().map(|k| group[k as usize]).collect();
+        members.sort_unstable();
+        members
+    };
+    let (upper, lower) = (members(upper), members(lower));
+    let best = |side: &[u32]| {
+        let points = take(scene, side, SAMPLE);
+        let m = points.len();
+        let normals: Vec<Vec3> =
+            (0..m).map(|k| scene.normals[side[k * side.len() / m] as usize]).collect();
+        let all = families.each(&Patch { points: &points, normals: &normals }, &[*shape]);
+        let best = all.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+        (!is_uneven(scene, &best.shape, side, families.sigma)).then_some((best, points))
+    };
+    let ((a, mut together), (b, others)) = (best(&upper)?, best(&lower)?);
+    together.extend(others);
+    let options = Options { cauchy: Some(4.0 * families.sigma), steps: 20, tolerance: 1e-5 };
+    let one = families.score(fit(shape, &together, None, &options)?.shape, &together);
+    (a.bic + b.bic + STRONG < one.bic).then_some([(a.shape, upper), (b.shape, lower)])
+}
+
+/// The value that parts the lower from the upper ones: half way between the means of the two.
+fn middle_of(values: &[f64]) -> f64 {
+    let mut middle = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    for _ in 0..10 {
+        let (mut sum, mut count) = ([0.0; 2], [0.0_f64; 2]);
+        for v in values {
+            let k = usize::from(*v > middle);
+            sum[k] += v;
+            count[k] += 1.0;
+        }
+        middle = (sum[0] / count[0].max(1.0) + sum[1] / count[1].max(1.0)) / 2.0;
+    }
+    middle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Family;
+    use crate::segment::Parameters;
+    use crate::segment::distance::family::Policy;
+    use crate::segment::random::SplitMix64;
+
+    const SIGMA: f64 = 0.01;
+
+    /// A shaft whose radius grows by `step` halfway, taken for one cylinder.
+    fn shaft(step: f64) -> (Scene, Model, Families) {
+        let mut random = SplitMix64::new(8);
+        let mut unit = || (random.below(1 << 20) as f64 + 0.5) / f64::from(1 << 20);
+        let mut points: Vec<Vec3> = (0..6000)
+            .map(|_| {
+                let (turn, z) = (unit() * std::f64::consts::TAU, 30.0 * unit());
+                let noise =
+                    SIGMA * (-2.0 * unit().ln()).sqrt() * (unit() * std::f64::consts::TAU).cos();
+                let r = 12.0 + if z > 15.0 { step } else { 0.0 } + noise;
+                Vec3::new(r * turn.cos(), r * turn.sin(), z)
+            })
+            .collect();
+        let order = super::super::scene::morton_order(&points, &crate::segment::Silent).unwrap();
+        points = order.iter().map(|&i| points[i as usize]).collect();
+        let size = [12.0 + step / 2.0, 0.0, 0.0];
+        let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::z(), size);
+        let labels = vec![0; points.len()];
+        let model = Model { shapes: vec![shape], labels, ..Model::default() };
+        let families = Families {
+            allowed: Family::ALL.to_vec(),
+            sigma: SIGMA,
+            floor: SIGMA,
+            max_radius: 1e4,
+            policy: Policy::of(&Parameters::default()),
+        };
+        (Scene::new(points), model, families)
+    }
+
+    #[test]
+    fn a_step_of_little_more_than_the_noise_parts_two_cylinders() {
+        let (scene, mut model, families) = shaft(1.5 * SIGMA);
+        assert_eq!(split_steps(&scene, &mut model, &families), 1);
+        let mut radii: Vec<f64> = model.shapes.iter().map(|s| s.size[0]).collect();
+        radii.sort_by(f64::total_cmp);
+        assert!((radii[0] - 12.0).abs() < 0.002 && (radii[1] - 12.015).abs() < 0.002, "{radii:?}");
+        let right =
+            |(p, l): (&Vec3, &i32)| (model.shapes[*l as usize].size[0] > 12.007) == (p.z > 15.0);
+        let share = scene.points.iter().zip(&model.labels).filter(|p| right(*p)).count();
+        assert!(share as f64 > 0.9 * scene.len() as f64, "{share}");
+    }
+
+    #[test]
+    fn a_cone_hides_no_step() {
+        let (scene, mut model, families) = shaft(1.2 * SIGMA);
+        let points = take(&scene, &members(&model.labels, 1)[0], 6000);
+        let cone = Shape { family: Family::Cone, size: [12.006, 0.0006, 0.0], ..model.shapes[0] };
+        let options = Options { cauchy: None, steps: 30, tolerance: 1e-9 };
+        model.shapes[0] = fit(&cone, &points, None, &options).unwrap().shape;
+        assert_eq!(split_steps(&scene, &mut model, &families), 1);
+        for (z, r) in [(4.0, 12.0), (11.0, 12.0), (19.0, 12.012), (26.0, 12.012)] {
+            let off = model.shapes.iter().map(|s| s.distance(&Vec3::new(0.0, r, z)).abs());
+            assert!(off.fold(f64::INFINITY, f64::min) < 0.2 * SIGMA, "{z}: {:?}", model.shapes);
+        }
+    }
+
+    #[test]
+    fn one_cylinder_stays_one() {
+        let (scene, mut model, families) = shaft(0.0);
+        assert_eq!(split_steps(&scene, &mut model, &families), 0);
+    }
+}
