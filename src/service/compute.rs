@@ -38,16 +38,20 @@ pub fn compute(
     let format = request.format.or_else(|| Format::detect(bytes));
     let stopped = || control.stop().is_some();
     let watched = Watched { limits: *limits, stopped: &stopped };
-    let (cloud, sha256) = trace::step("parse").in_scope(|| {
-        rayon::join(|| formats::read(bytes, format, &watched), || sha256_unless(bytes, stopped))
-    });
     // a run that was stopped says so, wherever it was
     let told = |error: ServiceError| control.stop().map_or(error, ServiceError::from);
-    let cloud = cloud.map_err(|error| told(error.into()))?;
-    let parse = begin.elapsed().as_secs_f64();
     let span = trace::step("segment");
-    let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
-    let found = found.map_err(|error| told(error.into()))?;
+    let run = || {
+        let cloud = trace::step("parse")
+            .in_scope(|| formats::read(bytes, format, &watched))
+            .map_err(|e| told(e.into()))?;
+        let parse = begin.elapsed().as_secs_f64();
+        let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
+        found.map(|found| (cloud, found, parse)).map_err(|e| told(e.into()))
+    };
+    // the digest takes as long as a good part of the run, and one thread
+    let (done, sha256) = rayon::join(run, || sha256_unless(bytes, stopped));
+    let (cloud, found, parse) = done?;
     let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
     describe(&span, &cloud, &found, &timing);
     metrics::counter!("conicoid_points_total").increment(cloud.input_len as u64);
