@@ -41,9 +41,10 @@ pub fn run() -> Vec<String> {
     let unloaded = peak(10);
     let rate = TIMES * unloaded;
     println!("unloaded: {unloaded:.1} answers/s; now {rate:.0} requests/s for {SECONDS} s");
-    // callers are other machines as a rule: here they stand back where they share the processors
+    // Callers are other machines as a rule: here they stand back where they share the processors, but not so far that
+    // what they measure is their own waiting for a turn.
     let callers = Command::new("nice")
-        .args(["-n", "19"])
+        .args(["-n", "13"])
         .arg(std::env::current_exe().unwrap())
         .args(["call", &server.segmentations(), &rate.to_string(), &SECONDS.to_string()])
         .output()
