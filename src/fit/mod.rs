@@ -5,7 +5,7 @@ mod columns;
 mod covariance;
 mod direct;
 #[cfg(test)]
-mod fits;
+pub(crate) mod fits;
 mod general;
 mod kernels;
 pub mod least_squares;
