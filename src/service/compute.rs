@@ -40,18 +40,18 @@ pub fn compute(
     let watched = Watched { limits: *limits, stopped: &stopped };
     // a run that was stopped says so, wherever it was
     let told = |error: ServiceError| control.stop().map_or(error, ServiceError::from);
-    let span = trace::step("segment");
     let run = || {
         let cloud = trace::step("parse")
             .in_scope(|| formats::read(bytes, format, &watched))
             .map_err(|e| told(e.into()))?;
         let parse = begin.elapsed().as_secs_f64();
+        let span = trace::step("segment");
         let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
-        found.map(|found| (cloud, found, parse)).map_err(|e| told(e.into()))
+        found.map(|found| (cloud, found, parse, span)).map_err(|e| told(e.into()))
     };
     // the digest takes as long as a good part of the run, and one thread
     let (done, sha256) = rayon::join(run, || sha256_unless(bytes, stopped));
-    let (cloud, found, parse) = done?;
+    let (cloud, found, parse, span) = done?;
     let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
     describe(&span, &cloud, &found, &timing);
     metrics::counter!("conicoid_points_total").increment(cloud.input_len as u64);

@@ -116,19 +116,16 @@ fn sides(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Op
     }
     let (upper, lower): (Vec<_>, Vec<_>) =
         union.sets().into_iter().partition(|set| above(set[0] as usize));
-    let largest = |sets: Vec<Vec<u32>>| sets.into_iter().max_by_key(Vec::len);
-    let (upper, lower) = (largest(upper)?, largest(lower)?);
+    // the largest of each come first
+    let (upper, lower) = (upper.into_iter().next()?, lower.into_iter().next()?);
     let least = LEAST.max((SHARE * n as f64) as usize);
     if upper.len().min(lower.len()) < least
         || ((upper.len() + lower.len()) as f64) < MOST * n as f64
     {
         return None;
     }
-    let members = |side: Vec<u32>| -> Vec<u32> {
-        let mut members: Vec<u32> = side.into_iter().map(|k| group[k as usize]).collect();
-        members.sort_unstable();
-        members
-    };
+    let members =
+        |side: Vec<u32>| -> Vec<u32> { side.into_iter().map(|k| group[k as usize]).collect() };
     let (upper, lower) = (members(upper), members(lower));
     let best = |side: &[u32]| {
         let points = take(scene, side, SAMPLE);
