@@ -2,7 +2,10 @@ use std::sync::{Arc, OnceLock};
 
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 
-use crate::{http::Gauges, service::Service};
+use crate::{
+    http::{Connections, Gauges},
+    service::Service,
+};
 
 /// Upper ends of the histograms' classes, in seconds: from a small cloud's time to a huge one's.
 const SECONDS: [f64; 14] =
@@ -34,13 +37,19 @@ fn describe() {
     describe_counter!("conicoid_rejections_total", "Requests answered with an error, by its code");
     describe_gauge!("conicoid_queue_length", "Requests and jobs that wait for their turn");
     describe_gauge!("conicoid_bytes_in_flight", "Bytes of uploads and answers held");
+    describe_gauge!("conicoid_connections", "Connections of callers that are served");
+    describe_counter!(
+        "conicoid_connections_delayed_total",
+        "Connections that had to wait until another ended"
+    );
 }
 
 /// Begins to measure; the answer writes all metrics down, with those that are asked for as they are.
-pub fn start(service: Arc<Service>) -> Gauges {
+pub fn start(service: Arc<Service>, connections: Connections) -> Gauges {
     let recorder = recorder();
     Arc::new(move || {
         metrics::gauge!("conicoid_queue_length").set(service.pool().queued() as f64);
+        metrics::gauge!("conicoid_connections").set(connections.open() as f64);
         metrics::gauge!("conicoid_bytes_in_flight").set(service.bytes_in_flight() as f64);
         recorder.map(PrometheusHandle::render).unwrap_or_default()
     })

@@ -5,6 +5,7 @@ mod health;
 mod key;
 mod logging;
 mod measure;
+mod memory;
 mod segment;
 mod serve;
 mod settings;

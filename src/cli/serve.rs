@@ -9,7 +9,7 @@ use tokio::{net::TcpListener, signal, task::JoinSet};
 use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 
-use super::{AnyError, Settings, TlsError, logging, measure, tls, traces::Traces};
+use super::{AnyError, Settings, TlsError, logging, measure, memory, tls, traces::Traces};
 use crate::{
     grpc, http,
     service::{Keys, KeysError, Service, StartError},
@@ -120,24 +120,31 @@ impl Server {
     /// The built-in gRPC descriptor is damaged.
     pub async fn run(self, stop: CancellationToken) -> Result<(), ServeError> {
         let service = self.service;
-        let metrics = measure::start(Arc::clone(&service));
+        let connections = http::Connections::new(self.settings.max_connections);
+        let metrics = measure::start(Arc::clone(&service), connections.clone());
         let routes = http::router(Arc::clone(&service), self.settings.http());
         let (calls, health) = grpc::router(Arc::clone(&service), self.settings.grpc()).await?;
         let (http_tls, grpc_tls) = self.tls.unzip();
         // the operators' listener outlives the drain, so that it can tell of it
         let ended = CancellationToken::new();
-        let admin =
-            http::serve(self.admin, http::admin_router(stop.clone(), metrics), None, ended.clone());
-        let admin = tokio::spawn(admin);
+        let answers = http::admin_router(stop.clone(), metrics);
+        // and it answers when callers have taken all connections
+        let own = http::Connections::new(self.settings.max_connections);
+        let admin = tokio::spawn(http::serve(self.admin, answers, None, own, ended.clone()));
         let mut listeners = JoinSet::new();
-        listeners.spawn(http::serve(self.http, routes, http_tls, stop.clone()));
-        listeners.spawn(http::serve(self.grpc, calls, grpc_tls, stop.clone()));
+        for (listener, router, tls) in [(self.http, routes, http_tls), (self.grpc, calls, grpc_tls)]
+        {
+            let (connections, stop) = (connections.clone(), stop.clone());
+            listeners.spawn(http::serve(listener, router, tls, connections, stop));
+        }
         let expiry = tokio::spawn(expire(Arc::clone(&service)));
+        let memory = tokio::spawn(memory::give_back_when_idle(Arc::clone(&service)));
         stop.cancelled().await;
         tracing::info!("draining");
         health.set_service_status("", tonic_health::ServingStatus::NotServing).await;
         drain(listeners, &service, self.settings.drain_deadline).await;
         expiry.abort();
+        memory.abort();
         ended.cancel();
         let _ = tokio::time::timeout(Duration::from_secs(1), admin).await;
         Ok(())
@@ -182,6 +189,7 @@ async fn listen(setting: &'static str, address: SocketAddr) -> Result<TcpListene
 
 /// Serves until the process is told to stop.
 pub fn run(settings: &Settings) -> Result<(), AnyError> {
+    memory::keep();
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let traces = {
         let _within = runtime.enter();

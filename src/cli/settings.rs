@@ -90,6 +90,10 @@ pub struct Settings {
     #[arg(long, env = "CONICOID_SMALL_BYTES", default_value_t = 4 << 20, value_name = "BYTES")]
     pub small_bytes: usize,
 
+    /// Connections of callers that are served at one time, over both interfaces; more wait until one
+    /// ends
+    #[arg(long, env = "CONICOID_MAX_CONNECTIONS", default_value = "1000", value_name = "N")]
+    pub max_connections: NonZeroUsize,
     /// Longest body of a request, after decompression
     #[arg(long, env = "CONICOID_MAX_BODY_BYTES", default_value_t = 512 << 20, value_name = "BYTES")]
     pub max_body_bytes: u64,

@@ -29,7 +29,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 pub use admin::{Gauges, admin_router};
 pub use problem::Problem;
-pub use server::serve;
+pub use server::{Connections, serve};
 
 use crate::service::Service;
 

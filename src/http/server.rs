@@ -1,4 +1,4 @@
-use std::{io, time::Duration};
+use std::{io, num::NonZeroUsize, sync::Arc, time::Duration};
 
 use axum::Router;
 use hyper_util::{
@@ -9,6 +9,7 @@ use hyper_util::{
 use tokio::{
     io::{AsyncRead, AsyncWrite},
     net::{TcpListener, TcpStream},
+    sync::{AcquireError, OwnedSemaphorePermit, Semaphore},
 };
 use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::TlsAcceptor;
@@ -29,6 +30,36 @@ const PING_INTERVAL: Duration = Duration::from_secs(20);
 /// The pause after the system gave no connection, for example for want of file handles.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
+/// The connections that are served at one time, over all listeners that share these.
+///
+/// One more waits until another ends: it is accepted, but nothing of it is read.
+#[derive(Clone, Debug)]
+pub struct Connections {
+    places: Arc<Semaphore>,
+    most: usize,
+}
+
+impl Connections {
+    /// Room for `most` connections.
+    pub fn new(most: NonZeroUsize) -> Self {
+        let most = most.get().min(Semaphore::MAX_PERMITS);
+        Self { places: Arc::new(Semaphore::new(most)), most }
+    }
+
+    /// Connections served now.
+    pub fn open(&self) -> usize {
+        self.most - self.places.available_permits()
+    }
+
+    /// Waits for room.
+    async fn place(&self) -> Result<OwnedSemaphorePermit, AcquireError> {
+        if self.places.available_permits() == 0 {
+            metrics::counter!("conicoid_connections_delayed_total").increment(1);
+        }
+        Arc::clone(&self.places).acquire_owned().await
+    }
+}
+
 /// Serves `router` on `listener` until `stop`, then ends after the last request under way.
 ///
 /// HTTP/1 and HTTP/2, over TLS where `tls` is given.
@@ -36,18 +67,26 @@ pub async fn serve(
     listener: TcpListener,
     router: Router,
     tls: Option<TlsAcceptor>,
+    connections: Connections,
     stop: CancellationToken,
 ) {
-    let connections = GracefulShutdown::new();
+    let under_way = GracefulShutdown::new();
+    let next = async || {
+        let (stream, _) = listener.accept().await?;
+        io::Result::Ok((stream, connections.place().await))
+    };
     loop {
         let accepted = tokio::select! {
-            accepted = listener.accept() => accepted,
+            accepted = next() => accepted,
             () = stop.cancelled() => break,
         };
         match accepted {
-            Ok((stream, _)) => {
-                let (router, tls) = (router.clone(), tls.clone());
-                tokio::spawn(connection(stream, router, tls, connections.watcher()));
+            Ok((stream, place)) => {
+                let (router, tls, watcher) = (router.clone(), tls.clone(), under_way.watcher());
+                tokio::spawn(async move {
+                    connection(stream, router, tls, watcher).await;
+                    drop(place);
+                });
             }
             Err(error) => {
                 tracing::warn!(%error, "no connection could be accepted");
@@ -56,7 +95,7 @@ pub async fn serve(
         }
     }
     drop(listener);
-    connections.shutdown().await;
+    under_way.shutdown().await;
 }
 
 type Watcher = hyper_util::server::graceful::Watcher;

@@ -1,7 +1,10 @@
 use std::{
     any::Any,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
     time::Instant,
 };
 
@@ -77,6 +80,7 @@ pub struct Place(#[expect(dead_code, reason = "held for its drop")] OwnedSemapho
 pub struct Pool {
     config: PoolConfig,
     queue: Arc<Semaphore>,
+    begun: AtomicU64,
     small: LaneThreads,
     large: LaneThreads,
 }
@@ -97,6 +101,7 @@ impl Pool {
         Ok(Self {
             config,
             queue: Arc::new(Semaphore::new(config.queue)),
+            begun: AtomicU64::new(0),
             small: LaneThreads::new("small", config.threads, 1)?,
             large: LaneThreads::new("large", 1, config.threads)?,
         })
@@ -110,6 +115,11 @@ impl Pool {
     /// Runs that wait for their turn.
     pub fn queued(&self) -> usize {
         self.config.queue - self.queue.available_permits()
+    }
+
+    /// Runs that have begun since the start.
+    pub fn begun(&self) -> u64 {
+        self.begun.load(Ordering::Relaxed)
     }
 
     /// Takes a place in the queue, at once or not at all.
@@ -141,6 +151,7 @@ impl Pool {
         let waiting = Instant::now();
         let turn = threads.turn().await.map_err(|_| PoolError::Closed)?;
         drop(place);
+        self.begun.fetch_add(1, Ordering::Relaxed);
         metrics::histogram!("conicoid_wait_seconds", "lane" => lane.name())
             .record(waiting.elapsed());
         let (answer, answered) = oneshot::channel();

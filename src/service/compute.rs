@@ -1,4 +1,4 @@
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use sha2::{Digest, Sha256};
 
@@ -16,7 +16,7 @@ pub struct Answer {
     /// The result, with its labels.
     pub document: Document,
     /// The points.
-    pub cloud: PointCloud,
+    pub cloud: Arc<PointCloud>,
 }
 
 /// Reads the cloud in `bytes` and segments it: the one way from input to result.
@@ -61,7 +61,7 @@ pub fn compute(
         format: format.map(Format::name).unwrap_or_default().to_owned(),
         skipped: cloud.skipped(),
     };
-    Ok(Answer { document: document(&cloud, found, input, timing), cloud })
+    Ok(Answer { document: document(&cloud, found, input, timing), cloud: Arc::new(cloud) })
 }
 
 /// What a trace tells of a segmentation.

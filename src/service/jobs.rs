@@ -144,7 +144,7 @@ impl Service {
             let document: Document = serde_json::from_slice(&result)?;
             let cloud = input.map(|bytes| formats::read(&bytes, request.format, &limits));
             let cloud = cloud.transpose()?.unwrap_or_default();
-            tell(Answer { document, cloud }, request.labels)
+            tell(Answer { document, cloud: Arc::new(cloud) }, request.labels)
         };
         let written = tokio::task::spawn_blocking(write).await;
         written.map_err(|_| ServiceError::from(PoolError::Closed))?

@@ -153,7 +153,11 @@ impl Service {
         let lane = self.pool.lane(upload.bytes.len());
         let work = move || {
             let answer = compute(&upload.bytes, &request, &limits, &control)?;
-            tell(answer, request.labels)
+            let cloud = Arc::clone(&answer.cloud);
+            let told = tell(answer, request.labels);
+            // the system takes milliseconds to take large clouds back, and the caller need not wait
+            rayon::spawn(move || drop((upload, cloud)));
+            told
         };
         let run = self.pool.run(Some(place), lane, work);
         let done = tokio::time::timeout_at(deadline.into(), run).await;
