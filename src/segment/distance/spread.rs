@@ -66,8 +66,9 @@ pub fn spread(
     let shares = if model.form_error {
         settle_by_sample(points, scene, &model.labels, &rulers, &several, &mut labels, inverse)
     } else {
-        settle_shared(points, &rulers, &several, &mut labels, inverse)
+        settle_shared(points, &rulers, &several, &mut labels, inverse, monitor)
     };
+    monitor.check()?;
     Ok(Labelled { labels, shares })
 }
 
@@ -264,6 +265,7 @@ fn settle_shared(
     several: &[u32],
     labels: &mut [i32],
     inverse: f64,
+    monitor: &dyn Monitor,
 ) -> Vec<Share> {
     if several.is_empty() {
         return Vec::new();
@@ -280,10 +282,13 @@ fn settle_shared(
     let own: Vec<Vec3> = pool.iter().map(|&i| points[i as usize]).collect();
     let runs = Runs::of(&own);
     let frozen: &[i32] = labels;
+    let watched = || (!monitor.cancelled()).then(Search::default);
     let placed: Vec<(i32, Vec<(i32, f64)>)> = several
         .par_iter()
         .with_min_len(128)
-        .map_init(Search::default, |search, &i| {
+        .with_max_len(1024)
+        .map_init(watched, |search, &i| {
+            let Some(search) = search else { return (-1, Vec::new()) };
             let at = pool.partition_point(|&j| j < i);
             let near = runs.nearest(at, search).0.map(|k| pool.get(k as usize).copied());
             let near: Vec<u32> = near.into_iter().flatten().collect();
