@@ -94,6 +94,11 @@ impl Scene {
                 if f64::from(old.1) * sum < 4.0 * sq_limit {
                     return old;
                 }
+                // On a smooth patch, curved as it may be, normals turn little from point to point.
+                let near = self.neighbours(i).iter().map(|&j| self.normals[j as usize]);
+                if near.fold(1.0, |least: f64, n| least.min(n.dot(&old.0).abs())) > SMOOTH {
+                    return old;
+                }
                 consensus_normal(&q, 3.0 * sigma).map_or(old, |v| (v, 0.0))
             })
             .collect();
@@ -215,6 +220,8 @@ impl Around {
     }
 }
 
+/// Normals of a smooth neighbourhood make less of an angle with the point's own than this cosine's.
+const SMOOTH: f64 = 0.95;
 /// How many of the next neighbours each is paired with.
 const PAIRED: usize = 5;
 
