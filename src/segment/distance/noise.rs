@@ -28,7 +28,12 @@ const CHI2_10_QUARTER: f64 = 0.6737;
 pub fn estimate(scene: &Scene) -> f64 {
     let smooth = smooth_estimate(scene);
     let robust = robust_estimate(scene, smooth / 4.0);
-    if robust * 4.0 < smooth && !comes_in_steps(scene, smooth) { robust } else { smooth }
+    if robust * 4.0 < smooth && !comes_in_steps(scene, smooth) {
+        // Where half of a neighbourhood is the other side's, the ninth is often its own side's last.
+        quartile(least_distances(scene, 1, SEVENTH, robust))
+    } else {
+        smooth
+    }
 }
 
 /// Whether one coordinate takes few values (many points for each of many), an even step apart that is about
@@ -64,37 +69,49 @@ pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
 /// Lower quartile over the cloud of the ninth-smallest distance of 16 neighbours from the best plane
 /// through two of them and the point, as a standard deviation; infinite where that is not below `limit`.
 fn robust_estimate(scene: &Scene, limit: f64) -> f64 {
-    let n = scene.len();
-    let stride = n.div_ceil(SAMPLE / 2);
-    let nearest = |stride: usize| -> Vec<f64> {
-        (0..n)
-            .into_par_iter()
-            .step_by(stride)
-            .map(|i| {
-                let origin = scene.points[i];
-                let mut q = [Vec3::zeros(); K];
-                for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
-                    *q = scene.points[j as usize] - origin;
-                }
-                least_ninth(&q, limit * NINTH)
-            })
-            .collect()
-    };
     // Where so few are below the limit the quartile is not: five deviations for a thousand points and more.
-    let few = nearest(4 * stride);
+    let few = least_distances(scene, 4, NINTH, limit);
     if few.iter().filter(|d| d.is_finite()).count() * 10 < few.len() {
         return f64::INFINITY;
     }
-    let mut v = nearest(stride);
-    let k = v.len() / 4;
-    *v.select_nth_unstable_by(k, f64::total_cmp).1 / NINTH
+    quartile(least_distances(scene, 1, NINTH, limit))
 }
 
+/// Distances of neighbours from the best plane through two of them and the point: the place of one of 16 in their
+/// order, and what the lower quartile over a cloud comes to in sigmas.
+///
 /// The ninth of 16 half-normal distances lies near 0.74 sigma; that from the best of all planes lower.
-const NINTH: f64 = 0.35;
+type Order = (usize, f64);
+const NINTH: Order = (9, 0.35);
+const SEVENTH: Order = (7, 0.35);
 
+/// Such a distance in sigmas at every `thinned`-th point of a sample; infinite where it is not below `limit`.
+fn least_distances(scene: &Scene, thinned: usize, (nth, unit): Order, limit: f64) -> Vec<f64> {
+    let n = scene.len();
+    let stride = thinned * n.div_ceil(SAMPLE / 2);
+    (0..n)
+        .into_par_iter()
+        .step_by(stride)
+        .map(|i| {
+            let origin = scene.points[i];
+            let mut q = [Vec3::zeros(); K];
+            for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
+                *q = scene.points[j as usize] - origin;
+            }
+            least_distance(&q, nth, limit * unit) / unit
+        })
+        .collect()
+}
+
+fn quartile(mut v: Vec<f64>) -> f64 {
+    let k = v.len() / 4;
+    *v.select_nth_unstable_by(k, f64::total_cmp).1
+}
+
+/// The `nth` smallest distance of neighbours from a plane through two of them and the point, least over all such
+/// planes.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn least_ninth(q: &[Vec3; K], limit: f64) -> f64 {
+fn least_distance(q: &[Vec3; K], nth: usize, limit: f64) -> f64 {
     let around = Around::of(q);
     let norms = q.map(|p| p.norm());
     // Distances beyond the limit are all the same.
@@ -107,14 +124,14 @@ fn least_ninth(q: &[Vec3; K], limit: f64) -> f64 {
             if length <= 0.3 * norms[a] * norms[b] {
                 continue;
             }
-            // Planes with fewer than nine neighbours nearer than the best so far are no better: most.
-            if around.near(&normal, best.min(limit) * length * (1.0 + 1e-9)) < 9 {
+            // Planes with fewer neighbours nearer than the best so far are no better: most.
+            if around.near(&normal, best.min(limit) * length * (1.0 + 1e-9)) < nth as u32 {
                 continue;
             }
             for (d, p) in d.iter_mut().zip(q) {
                 *d = p.dot(&normal).abs() / length;
             }
-            best = best.min(*d.select_nth_unstable_by(8, f64::total_cmp).1);
+            best = best.min(*d.select_nth_unstable_by(nth - 1, f64::total_cmp).1);
         }
     }
     best
@@ -123,7 +140,7 @@ fn least_ninth(q: &[Vec3; K], limit: f64) -> f64 {
 fn smooth_estimate(scene: &Scene) -> f64 {
     let n = scene.len();
     let stride = n.div_ceil(SAMPLE);
-    let mut v: Vec<f64> = (0..n)
+    let v: Vec<f64> = (0..n)
         .into_par_iter()
         .step_by(stride)
         .filter_map(|i| residual_variance(scene, i))
@@ -131,8 +148,7 @@ fn smooth_estimate(scene: &Scene) -> f64 {
     if v.is_empty() {
         return 0.0;
     }
-    let k = v.len() / 4;
-    (*v.select_nth_unstable_by(k, f64::total_cmp).1 / CHI2_10_QUARTER).max(0.0).sqrt()
+    (quartile(v) / CHI2_10_QUARTER).max(0.0).sqrt()
 }
 
 /// Variance of 16 points about a graph quadric (10 degrees of freedom).
