@@ -405,12 +405,30 @@ fn candidates(
         .filter(|s| s.family != current.family)
         .filter(|s| match s.family {
             // A tube far wider than the patch is no fillet and no elbow, but a plane with leaked points.
-            Family::Torus => s.size[1] < 2.0 * size,
+            // And of one that is a tube's the points go some way around it: a narrow strip of a cylinder
+            // does not, which leaked points make look like a barrel.
+            Family::Torus => s.size[1] < 2.0 * size && tube_span(s, &points) > AROUND_TUBE,
             family => family.dof() <= current.family.dof() + 2,
         })
         .collect()
 }
 
+/// Angle around the tube of a torus that its points span, from the middle of them to the furthest on either side.
+fn tube_span(torus: &Shape, points: &[Vec3]) -> f64 {
+    let spoke = |p: &Vec3| {
+        let q = torus.frame.tr_mul(&(p - torus.origin));
+        [q.x.hypot(q.y) - torus.size[0], q.z]
+    };
+    let [x, y] = points.iter().map(spoke).fold([0.0; 2], |s, q| [s[0] + q[0], s[1] + q[1]]);
+    let from_middle = |p: &Vec3| {
+        let [u, v] = spoke(p);
+        (x * v - y * u).atan2(x * u + y * v).abs()
+    };
+    2.0 * points.iter().map(from_middle).fold(0.0, f64::max)
+}
+
+/// Least angle around a tube, in radians.
+const AROUND_TUBE: f64 = 0.5;
 /// Reduced chi2 beyond which a fitted shape is no candidate, and one beyond which an unfitted one is not.
 const NEAR: f64 = 4.0;
 const FAR: f64 = 8.0;
@@ -441,4 +459,29 @@ fn osculating_cylinder(s: &Shape, points: &[Vec3]) -> Option<Shape> {
     let axis = centroid - o.normal * (o.distance + radius);
     let shape = Shape::with_axis(Family::Cylinder, axis, s.w(), [radius, 0.0, 0.0]);
     shape.is_proper().then_some(shape)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_points_of_a_fillet_go_around_its_tube_and_those_of_a_strip_hardly() {
+        let torus =
+            Shape::with_axis(Family::Torus, Vec3::new(1.0, 2.0, 3.0), Vec3::y(), [9.0, 2.0, 0.0]);
+        // all around the axis, between two angles around the tube
+        let points = |from: f64, to: f64| -> Vec<Vec3> {
+            let at = |k: usize| {
+                let (turn, angle) = (0.1 * k as f64, from + (to - from) * (k % 50) as f64 / 49.0);
+                let (out, up) = (9.0 + 2.0 * angle.cos(), 2.0 * angle.sin());
+                torus.origin + torus.frame * Vec3::new(out * turn.cos(), out * turn.sin(), up)
+            };
+            (0..500).map(at).collect()
+        };
+        for (from, to) in [(0.0, 1.5), (2.9, 3.2), (-0.1, 0.1), (2.0, 4.0), (-2.5, 2.5)] {
+            let span = tube_span(&torus, &points(from, to));
+            assert!((span - (to - from)).abs() < 1e-9, "{from} {to}: {span}");
+        }
+        assert!(tube_span(&torus, &points(0.0, 6.28)) > 3.0);
+    }
 }
