@@ -163,9 +163,14 @@ fn discover_on_samples(
     // A sample of most of the points saves nothing.
     let mut size = if n <= 2 * COARSE { n } else { COARSE };
     let mut formed: Option<Discovery> = None;
+    let mut thin: Option<Discovery> = None;
     loop {
         let found = discover(points, size, None, parameters, monitor)?;
         if found.model.form_error {
+            // What explained a thinner sample without a form error needs none.
+            if let Some(thin) = thin {
+                return label(thin);
+            }
             if let Some(formed) = formed {
                 return label(formed);
             }
@@ -188,9 +193,11 @@ fn discover_on_samples(
         } else {
             match judge(points, &found, parameters, monitor)? {
                 Judged::Enough(labelled) => return Ok((found, labelled)),
-                // A third look would cost more than it saves.
-                Judged::Thin(more) if more > FINE / 2 => size = FINE,
-                Judged::Thin(more) => size = more.max(2 * size),
+                Judged::Thin(more) => {
+                    // A third look would cost more than it saves.
+                    size = if more > FINE / 2 { FINE } else { more.max(2 * size) };
+                    thin = Some(found).filter(|found| found.model.explained() > SEEN);
+                }
             }
         }
     }

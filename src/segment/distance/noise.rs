@@ -29,7 +29,7 @@ pub fn estimate(scene: &Scene) -> f64 {
     let smooth = smooth_estimate(scene);
     let robust = robust_estimate(scene, smooth / 4.0);
     if robust * 4.0 < smooth && !comes_in_steps(scene, smooth) {
-        // Where half of a neighbourhood is the other side's, the ninth is often its own side's last.
+        // Where half of a neighbourhood is the other side's, the eighth is often its own side's last.
         quartile(least_distances(scene, 1, SEVENTH, smooth / 4.0))
     } else {
         smooth
@@ -66,23 +66,23 @@ pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
     estimate(&thin) > 1.5 * sigma
 }
 
-/// Lower quartile over the cloud of the ninth-smallest distance of 16 neighbours from the best plane
+/// Lower quartile over the cloud of the eighth-smallest distance of 16 neighbours from the best plane
 /// through two of them and the point, as a standard deviation; infinite where that is not below `limit`.
 fn robust_estimate(scene: &Scene, limit: f64) -> f64 {
     // Where so few are below the limit the quartile is not: five deviations for a thousand points and more.
-    let few = least_distances(scene, 4, NINTH, limit);
+    let few = least_distances(scene, 4, EIGHTH, limit);
     if few.iter().filter(|d| d.is_finite()).count() * 10 < few.len() {
         return f64::INFINITY;
     }
-    quartile(least_distances(scene, 1, NINTH, limit))
+    quartile(least_distances(scene, 1, EIGHTH, limit))
 }
 
 /// Distances of neighbours from the best plane through two of them and the point: the place of one of 16 in their
 /// order, and what the lower quartile over a cloud comes to in sigmas.
 ///
-/// The ninth of 16 half-normal distances lies near 0.74 sigma; that from the best of all planes lower.
+/// The seventh of 16 half-normal distances lies near 0.56 sigma; that from the best of all planes lower.
 type Order = (usize, f64);
-const NINTH: Order = (9, 0.35);
+const EIGHTH: Order = (8, 0.35);
 const SEVENTH: Order = (7, 0.35);
 
 /// Such a distance in sigmas at every `thinned`-th point of a sample; infinite where it is not below `limit`.
