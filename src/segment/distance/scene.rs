@@ -94,9 +94,7 @@ impl Scene {
                 if f64::from(old.1) * sum < 4.0 * sq_limit {
                     return old;
                 }
-                // On a smooth patch, curved as it may be, normals turn little from point to point.
-                let near = self.neighbours(i).iter().map(|&j| self.normals[j as usize]);
-                if near.fold(1.0, |least: f64, n| least.min(n.dot(&old.0).abs())) > SMOOTH {
+                if self.has_even_chords(i, &q, sq_limit) {
                     return old;
                 }
                 consensus_normal(&q, 3.0 * sigma).map_or(old, |v| (v, 0.0))
@@ -106,6 +104,19 @@ impl Scene {
             self.normals[i] = v;
             self.roughness[i] = r;
         }
+    }
+
+    /// Whether a neighbourhood is smooth, curved as it may be: on a quadratic surface the chord to each neighbour,
+    /// here `q`, is at right angles to the mean of both normals.
+    fn has_even_chords(&self, i: usize, q: &[Vec3; K], sq_limit: f64) -> bool {
+        let normal = self.normals[i];
+        let mut sum = 0.0;
+        for (q, &j) in q.iter().zip(self.neighbours(i)) {
+            let other = self.normals[j as usize];
+            let mean = 0.5 * (normal + other * normal.dot(&other).signum());
+            sum += mean.dot(q).powi(2);
+        }
+        sum < K as f64 * sq_limit
     }
 
     /// The neighbours of point `i`, nearest first.
@@ -220,8 +231,6 @@ impl Around {
     }
 }
 
-/// Normals of a smooth neighbourhood make less of an angle with the point's own than this cosine's.
-const SMOOTH: f64 = 0.95;
 /// How many of the next neighbours each is paired with.
 const PAIRED: usize = 5;
 
