@@ -244,31 +244,60 @@ fn sample(
     }
 }
 
-/// The start set of a seed: connected points whose chords lie in the tangent planes at that noise, or simply
-/// connected ones.
+/// Which connected points a start set takes.
+#[derive(Clone, Copy)]
+enum Start {
+    /// Those whose chords lie in the tangent planes.
+    Tangent,
+    /// Those near the seed's own tangent plane: of narrow strips side by side, whose other normals are
+    /// those of both together, one.
+    Flat,
+    /// Any: strips a point or two wide have no tangent planes.
+    Any,
+}
+
+/// The start set of a seed at noise `sigma`.
 fn start_set(
     scene: &Scene,
     walk: &mut Walk,
     seed: usize,
-    size: usize,
-    tangent: Option<f64>,
+    (size, start): (usize, Start),
+    sigma: f64,
 ) -> Vec<u32> {
+    let slack = 3.0 * sigma;
     let set = walk.run(scene, &[seed as u32], size, |from, to| {
-        let (Some(from), Some(sigma)) = (from, tangent) else { return true };
+        let Some(from) = from else { return true };
         let d = scene.points[to] - scene.points[from];
-        let length = d.norm();
-        let slack = 3.0 * sigma;
-        scene.normals[from].dot(&d).abs() < 0.3 * length + slack
-            && scene.normals[to].dot(&d).abs() < 0.3 * length + slack
-            && (scene.normals[from].dot(&scene.normals[to]).abs() > 0.7 || length < 4.0 * sigma)
+        match start {
+            Start::Tangent => {
+                let length = d.norm();
+                scene.normals[from].dot(&d).abs() < 0.3 * length + slack
+                    && scene.normals[to].dot(&d).abs() < 0.3 * length + slack
+                    && (scene.normals[from].dot(&scene.normals[to]).abs() > 0.7
+                        || length < 4.0 * sigma)
+            }
+            Start::Flat => {
+                let d = scene.points[to] - scene.points[seed];
+                scene.normals[seed].dot(&d).abs() < slack
+            }
+            Start::Any => true,
+        }
     });
     set[..set.len().min(size)].to_vec()
 }
 
-/// Start sizes, tried in turn at each seed: a large start sees curvature through the noise, a small
-/// one fits into a small face or beside a joint. The last does not ask for tangent planes, which strips a
-/// point or two wide do not have.
-const START_SIZES: [(usize, bool); 4] = [(160, true), (60, true), (30, true), (30, false)];
+/// Start sets, tried in turn at each seed: a large start sees curvature through the noise, a small one fits into a
+/// small face or beside a joint.
+const STARTS: [(usize, Start); 5] = [
+    (160, Start::Tangent),
+    (60, Start::Tangent),
+    (30, Start::Tangent),
+    (30, Start::Any),
+    (24, Start::Flat),
+];
+/// Points that a start set needs, unless it is meant to be smaller.
+const LEAST_START: usize = 24;
+const LEAST_FLAT: usize = 12;
 
 /// Grows a hypothesis from `seed`; `None` where nothing fits from any start size, or where what fits
 /// does not reach `min_points`.
@@ -279,9 +308,10 @@ pub fn grow(
     seed: usize,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    START_SIZES.iter().find_map(|&(size, tangent)| {
-        let start = start_set(scene, walk, seed, size, tangent.then_some(families.sigma));
-        grow_from(scene, walk, families, start, size).filter(|h| h.support.len() >= min_points)
+    STARTS.iter().find_map(|&(size, start)| {
+        let set = start_set(scene, walk, seed, (size, start), families.sigma);
+        let least = if matches!(start, Start::Flat) { LEAST_FLAT } else { LEAST_START };
+        grow_from(scene, walk, families, set, least).filter(|h| h.support.len() >= min_points)
     })
 }
 
@@ -290,12 +320,12 @@ fn grow_from(
     walk: &mut Walk,
     families: &Families,
     start: Vec<u32>,
-    size: usize,
+    least: usize,
 ) -> Option<Hypothesis> {
     let sigma = families.sigma;
     let (mut points, mut normals) = (Vec::new(), Vec::new());
     let mut support = start;
-    if support.len() < size.min(24) {
+    if support.len() < least {
         return None;
     }
     sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
