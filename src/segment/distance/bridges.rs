@@ -158,15 +158,34 @@ fn strips_instead(
         return None;
     }
     let pieces = large_pieces(scene, plane, group)?;
+    let along = |piece: &[u32]| {
+        directions.plane(&take(scene, piece, usize::MAX), &plane.w(), needed, families)
+    };
     let mut gain = length;
-    let mut planes = Vec::with_capacity(pieces.len());
+    let mut strips: Vec<(Shape, f64, Vec<u32>)> = Vec::with_capacity(pieces.len());
     for piece in pieces {
-        let points = take(scene, &piece, usize::MAX);
-        let (strip, cost) = directions.plane(&points, &plane.w(), needed, families)?;
-        gain += own(&points) - cost;
-        planes.push((strip, piece));
+        let (strip, cost) = along(&piece)?;
+        gain += own(&take(scene, &piece, usize::MAX));
+        strips.push((strip, cost, piece));
     }
-    (gain > 0.0).then_some(planes)
+    // Cuts across a strip leave pieces of one height.
+    let height = |s: &Shape| s.origin.dot(&plane.w());
+    strips.sort_by(|a, b| height(&a.0).total_cmp(&height(&b.0)));
+    let mut planes: Vec<(Shape, f64, Vec<u32>)> = Vec::with_capacity(strips.len());
+    for (strip, cost, piece) in strips {
+        if let Some(last) = planes.last_mut() {
+            let mut both = [&last.2[..], &piece].concat();
+            both.sort_unstable();
+            if let Some((shape, joint)) = along(&both).filter(|b| b.1 < last.1 + cost) {
+                *last = (shape, joint, both);
+                continue;
+            }
+        }
+        planes.push((strip, cost, piece));
+    }
+    gain -= planes.iter().map(|p| p.1).sum::<f64>();
+    let several = planes.len() > 1 && gain > 0.0;
+    several.then(|| planes.into_iter().map(|(shape, _, piece)| (shape, piece)).collect())
 }
 
 /// The pieces of a region that are large enough to judge, where there are several and they hold most of it.
@@ -265,5 +284,36 @@ mod tests {
         let points = (0..600).map(|k| at(k, random)).collect();
         let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::z(), [5.0, 0.0, 0.0]);
         assert_eq!(broken(points, shape), (0, vec![Family::Cylinder]));
+    }
+    /// Two strips of a height each, in three pieces by cuts across them, over a base: their common, tilted plane is
+    /// no face.
+    #[test]
+    fn strips_with_cuts_across_are_two_planes() {
+        let random = &mut SplitMix64::new(3);
+        let mut base = || {
+            let (x, y) = (uniform(random, -10.0, 70.0), uniform(random, 0.0, 40.0));
+            Vec3::new(x, y, noise(random))
+        };
+        let mut points: Vec<Vec3> = (0..16_000).map(|_| base()).collect();
+        let n = points.len();
+        points.extend((0..480).map(|k| {
+            let (x, height) = [(0.0, 5.0), (60.0, 5.06)][k % 2];
+            let y = uniform(random, 0.0, 10.0) + 15.0 * (k / 2 % 3) as f64;
+            Vec3::new(x + uniform(random, -0.5, 0.5), y, height + noise(random))
+        }));
+        let plane = |height, normal| {
+            Shape::with_axis(Family::Plane, Vec3::new(0.0, 0.0, height), normal, [0.0; 3])
+        };
+        let mut model = Model {
+            shapes: vec![plane(0.0, Vec3::z()), plane(5.0, Vec3::new(-0.001, 0.0, 1.0))],
+            labels: (0..points.len()).map(|k| i32::from(k >= n)).collect(),
+            ..Model::default()
+        };
+        let count = break_bridges(&Scene::new(points), &mut model, &families());
+        assert_eq!((count, model.shapes.len()), (1, 3));
+        assert_eq!(
+            members(&model.labels, 3).iter().map(Vec::len).collect::<Vec<_>>(),
+            [n, 240, 240]
+        );
     }
 }
