@@ -230,6 +230,7 @@ mod tests {
             sigma: SIGMA,
             floor: SIGMA,
             max_radius: 1e4,
+            strips: true,
             policy: Policy::of(&Parameters::default()),
         }
     }

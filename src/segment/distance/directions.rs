@@ -142,6 +142,7 @@ mod tests {
             sigma: SIGMA,
             floor: SIGMA,
             max_radius: 1e4,
+            strips: true,
             policy: Policy::of(&Parameters::default()),
         };
         merge(&Scene::new(faces.concat()), &mut model, &families);
@@ -175,6 +176,7 @@ mod tests {
             sigma: SIGMA,
             floor: SIGMA,
             max_radius: 1e4,
+            strips: true,
             policy: Policy::of(&Parameters::default()),
         };
         let (needed, normal) = (asked(&faces[1], 200), Vec3::z());

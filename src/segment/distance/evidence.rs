@@ -24,6 +24,7 @@ pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> 
         sigma,
         floor: 0.0,
         max_radius: f64::INFINITY,
+        strips: true,
         policy: Policy::of(&Parameters::default()),
     };
     let own = families.polish(shape, points, 8).map_or(*shape, |f| f.shape);

@@ -38,6 +38,9 @@ pub struct Families {
     pub floor: f64,
     /// Largest radius taken seriously; beyond it a plane is meant.
     pub max_radius: f64,
+    /// Whether growth may start from a part of a neighbourhood, as narrow strips side by side need: with a form
+    /// error any part is some surface's.
+    pub strips: bool,
     /// What the caller allows the search.
     pub policy: Policy,
 }

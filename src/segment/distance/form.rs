@@ -214,6 +214,7 @@ mod tests {
             sigma,
             floor: sigma,
             max_radius: 1e3,
+            strips: true,
             policy: Policy::of(&Parameters::default()),
         };
         assert_eq!(spurious(&Scene::new(points), &families, &labels, 2), [false, true]);

@@ -308,7 +308,8 @@ pub fn grow(
     seed: usize,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    STARTS.iter().find_map(|&(size, start)| {
+    let starts = if families.strips { &STARTS[..] } else { &STARTS[..STARTS.len() - 1] };
+    starts.iter().find_map(|&(size, start)| {
         let set = start_set(scene, walk, seed, (size, start), families.sigma);
         let least = if matches!(start, Start::Flat) { LEAST_FLAT } else { LEAST_START };
         grow_from(scene, walk, families, set, least).filter(|h| h.support.len() >= min_points)

@@ -241,6 +241,7 @@ fn discover(
         sigma,
         max_radius: 20.0 * extent,
         floor,
+        strips: bare_noise.is_none(),
         policy: Policy::of(parameters),
     };
     monitor.progress(Stage::Grow, 0.1);

@@ -190,6 +190,7 @@ mod tests {
             sigma: SIGMA,
             floor: SIGMA,
             max_radius: 1e4,
+            strips: true,
             policy: Policy::of(&Parameters::default()),
         };
         (Scene::new(points), model, families)
