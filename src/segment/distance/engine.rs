@@ -451,7 +451,7 @@ pub fn holds_surface(
         sigma,
         max_radius: 20.0 * extent,
         floor: sigma,
-        strips: true,
+        strips: false,
         policy: Policy::of(parameters),
     };
     let trials = &mut (0, 0);
