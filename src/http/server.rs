@@ -9,7 +9,7 @@ use hyper_util::{
 use tokio::{
     io::{AsyncRead, AsyncWrite},
     net::{TcpListener, TcpStream},
-    sync::{AcquireError, OwnedSemaphorePermit, Semaphore},
+    sync::{OwnedSemaphorePermit, Semaphore},
 };
 use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::TlsAcceptor;
@@ -51,12 +51,13 @@ impl Connections {
         self.most - self.places.available_permits()
     }
 
-    /// Waits for room.
-    async fn place(&self) -> Result<OwnedSemaphorePermit, AcquireError> {
+    /// Waits for room, which is given back when the place is dropped.
+    async fn place(&self) -> Option<OwnedSemaphorePermit> {
         if self.places.available_permits() == 0 {
             metrics::counter!("conicoid_connections_delayed_total").increment(1);
         }
-        Arc::clone(&self.places).acquire_owned().await
+        // places are never closed, so there is always one in the end
+        Arc::clone(&self.places).acquire_owned().await.ok()
     }
 }
 

@@ -261,7 +261,8 @@ fn start_set(
     scene: &Scene,
     walk: &mut Walk,
     seed: usize,
-    (size, start): (usize, Start),
+    start: Start,
+    size: usize,
     sigma: f64,
 ) -> Vec<u32> {
     let slack = 3.0 * sigma;
@@ -286,18 +287,15 @@ fn start_set(
     set[..set.len().min(size)].to_vec()
 }
 
-/// Start sets, tried in turn at each seed: a large start sees curvature through the noise, a small one fits into a
-/// small face or beside a joint.
-const STARTS: [(usize, Start); 5] = [
-    (160, Start::Tangent),
-    (60, Start::Tangent),
-    (30, Start::Tangent),
-    (30, Start::Any),
-    (24, Start::Flat),
+/// Start sets, tried in turn at each seed, with the most and the least points of each: a large one sees curvature
+/// through the noise, a small one fits into a small face or beside a joint.
+const STARTS: [(Start, usize, usize); 5] = [
+    (Start::Tangent, 160, 24),
+    (Start::Tangent, 60, 24),
+    (Start::Tangent, 30, 24),
+    (Start::Any, 30, 24),
+    (Start::Flat, 24, 12),
 ];
-/// Points that a start set needs, unless it is meant to be smaller.
-const LEAST_START: usize = 24;
-const LEAST_FLAT: usize = 12;
 
 /// Grows a hypothesis from `seed`; `None` where nothing fits from any start size, or where what fits
 /// does not reach `min_points`.
@@ -308,10 +306,9 @@ pub fn grow(
     seed: usize,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    let starts = if families.strips { &STARTS[..] } else { &STARTS[..STARTS.len() - 1] };
-    starts.iter().find_map(|&(size, start)| {
-        let set = start_set(scene, walk, seed, (size, start), families.sigma);
-        let least = if matches!(start, Start::Flat) { LEAST_FLAT } else { LEAST_START };
+    let mut starts = STARTS.iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
+    starts.find_map(|&(start, most, least)| {
+        let set = start_set(scene, walk, seed, start, most, families.sigma);
         grow_from(scene, walk, families, set, least).filter(|h| h.support.len() >= min_points)
     })
 }

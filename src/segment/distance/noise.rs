@@ -77,16 +77,17 @@ fn robust_estimate(scene: &Scene, limit: f64) -> f64 {
     quartile(least_distances(scene, 1, EIGHTH, limit))
 }
 
-/// Distances of neighbours from the best plane through two of them and the point: the place of one of 16 in their
-/// order, and what the lower quartile over a cloud comes to in sigmas.
-///
-/// The seventh of 16 half-normal distances lies near 0.56 sigma; that from the best of all planes lower.
-type Order = (usize, f64);
-const EIGHTH: Order = (8, 0.35);
-const SEVENTH: Order = (7, 0.35);
+/// Which of 16 distances from the best plane, in their order, tells a thin sheet from noise, and which the noise on
+/// it.
+const EIGHTH: usize = 8;
+const SEVENTH: usize = 7;
+/// Such a distance is taken for so many sigmas. The seventh of 16 half-normal ones lies near 0.56 sigma; that from the
+/// best of all planes lower.
+const UNIT: f64 = 0.35;
 
-/// Such a distance in sigmas at every `thinned`-th point of a sample; infinite where it is not below `limit`.
-fn least_distances(scene: &Scene, thinned: usize, (nth, unit): Order, limit: f64) -> Vec<f64> {
+/// The `nth` smallest distance of 16 neighbours from the best plane, as a standard deviation, at every `thinned`-th
+/// point of a sample; infinite where it is not below `limit`.
+fn least_distances(scene: &Scene, thinned: usize, nth: usize, limit: f64) -> Vec<f64> {
     let n = scene.len();
     let stride = thinned * n.div_ceil(SAMPLE / 2);
     (0..n)
@@ -98,7 +99,7 @@ fn least_distances(scene: &Scene, thinned: usize, (nth, unit): Order, limit: f64
             for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
                 *q = scene.points[j as usize] - origin;
             }
-            least_distance(&q, nth, limit * unit) / unit
+            least_distance(&q, nth, limit * UNIT) / UNIT
         })
         .collect()
 }
@@ -242,6 +243,7 @@ mod tests {
         // a step of 1 has a standard deviation of 0.29, less by the slope
         assert!((0.1..0.5).contains(&sigma), "{sigma}");
     }
+
     #[test]
     fn the_sides_of_a_thin_sheet_do_not_count_as_noise() {
         for exact in [true, false] {

@@ -64,7 +64,8 @@ pub fn spread(
     second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
     monitor.check()?;
     let shares = if model.form_error {
-        settle_by_sample(points, scene, &model.labels, &rulers, &several, &mut labels, inverse)
+        let sample = (scene, &model.labels[..]);
+        settle_by_sample(points, sample, &rulers, &several, &mut labels, inverse, monitor)
     } else {
         settle_shared(points, &rulers, &several, &mut labels, inverse, monitor)
     };
@@ -286,7 +287,7 @@ fn settle_shared(
     let placed: Vec<(i32, Vec<(i32, f64)>)> = several
         .par_iter()
         .with_min_len(128)
-        .with_max_len(1024)
+        .with_max_len(WATCHED)
         .map_init(watched, |search, &i| {
             let Some(search) = search else { return (-1, Vec::new()) };
             let at = pool.partition_point(|&j| j < i);
@@ -302,12 +303,12 @@ fn settle_shared(
 /// form error the nearest points all tell the same.
 fn settle_by_sample(
     points: &[Vec3],
-    scene: &Scene,
-    sample: &[i32],
+    (scene, sample): (&Scene, &[i32]),
     rulers: &[Ruler],
     several: &[u32],
     labels: &mut [i32],
     inverse: f64,
+    monitor: &dyn Monitor,
 ) -> Vec<Share> {
     let (Some(tree), Some(k)) = (tree(scene), NonZero::new(K)) else { return Vec::new() };
     let (n, m) = (points.len(), scene.len());
@@ -315,10 +316,13 @@ fn settle_by_sample(
         labels[super::place(k, m, n)] = l;
     }
     let frozen: &[i32] = labels;
+    let watched = || (!monitor.cancelled()).then_some(&tree);
     let placed: Vec<(i32, Vec<(i32, f64)>)> = several
         .par_iter()
         .with_min_len(128)
-        .map(|&i| {
+        .with_max_len(WATCHED)
+        .map_init(watched, |tree, &i| {
+            let Some(tree) = tree else { return (-1, Vec::new()) };
             let p = &points[i as usize];
             let found =
                 tree.query(&[p.x, p.y, p.z]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
@@ -341,6 +345,9 @@ fn put(several: &[u32], placed: Vec<(i32, Vec<(i32, f64)>)>, labels: &mut [i32])
     }
     shares
 }
+
+/// Points between surfaces that are placed between two looks at whether the work was cancelled.
+const WATCHED: usize = 1024;
 
 /// Points of the order between two marks of where neighbours are looked for.
 const REACH: usize = 64;
