@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::geometry::Vec3;
+use crate::geometry::{Mat3, Vec3};
 
 /// Columns are filled up to a multiple of this many points; sums are kept in as many parts, so that they
 /// come out the same whatever the width of the machine's vector units.
@@ -116,6 +116,23 @@ impl Columns {
             column.resize(room, column.last().copied().unwrap_or(0.0));
         }
         self.weight.resize(room, 0.0);
+    }
+
+    /// Weighed mean products of the coordinates.
+    pub fn products(&self) -> Mat3 {
+        let mean = |a: &[f64], b: &[f64]| {
+            let mut parts = [0.0; LANES];
+            let lanes = a.chunks_exact(LANES).zip(b.chunks_exact(LANES));
+            for ((a, b), w) in lanes.zip(self.weight.chunks_exact(LANES)) {
+                for k in 0..LANES {
+                    parts[k] += w[k] * a[k] * b[k];
+                }
+            }
+            parts.iter().sum::<f64>() / self.total
+        };
+        let Self { x, y, z, .. } = self;
+        let (xy, yz, xz) = (mean(x, y), mean(y, z), mean(x, z));
+        Mat3::new(mean(x, x), xy, xz, xy, mean(y, y), yz, xz, yz, mean(z, z))
     }
 
     /// Moves the origin to the points' weighed mean.

@@ -191,19 +191,23 @@ impl<const D: usize> Elliptic<D> {
         Near { d: if disc >= 0.0 { near } else { value * inverse }, n: g }
     }
 
-    /// Derivative of the distance by the log of each semi-axis at the foot point: -2 (q_i/a_i)2 / |grad F|.
+    /// At a foot point: the normal there, and the derivative of the distance by the log of each semi-axis,
+    /// -2 (q_i/a_i)2 / |grad F|.
+    ///
+    /// The normal at the point itself would be off by its distance over the radius of curvature: little, but it goes
+    /// with the residual, and along what the points hardly tell such errors outweigh all else.
     #[inline(always)]
-    fn slopes(&self, foot: [f64; D]) -> [f64; D] {
+    fn at_foot(&self, foot: [f64; D]) -> ([f64; D], [f64; D]) {
         let mut s = [0.0; D];
+        let mut n = [0.0; D];
         let mut sq = 0.0;
         for i in 0..D {
-            let t = foot[i] * self.inverse[i];
-            s[i] = -2.0 * t * t;
-            let g = 2.0 * t * self.inverse[i];
-            sq += g * g;
+            n[i] = foot[i] * self.inverse_sq[i];
+            s[i] = -foot[i] * n[i];
+            sq += n[i] * n[i];
         }
         let inverse = 1.0 / sq.sqrt().max(TINY);
-        s.map(|v| v * inverse)
+        (n.map(|v| v * inverse), s.map(|v| v * inverse))
     }
 }
 
@@ -217,7 +221,7 @@ impl Kernel<7> for Elliptic<2> {
     fn row(&self, q: [f64; 3]) -> (f64, [f64; 7]) {
         let Near { d, n } = self.near(q);
         let foot = [q[0] - n[0] * d, q[1] - n[1] * d];
-        let [s0, s1] = self.slopes(foot);
+        let (n, [s0, s1]) = self.at_foot(foot);
         let spin = foot[1] * n[0] - foot[0] * n[1];
         (d, [-n[0], -n[1], q[2] * n[1], -q[2] * n[0], spin, s0, s1])
     }
@@ -233,7 +237,7 @@ impl Kernel<9> for Elliptic<3> {
     fn row(&self, q: [f64; 3]) -> (f64, [f64; 9]) {
         let Near { d, n } = self.near(q);
         let f = [q[0] - n[0] * d, q[1] - n[1] * d, q[2] - n[2] * d];
-        let [s0, s1, s2] = self.slopes(f);
+        let (n, [s0, s1, s2]) = self.at_foot(f);
         let turn =
             [f[2] * n[1] - f[1] * n[2], f[0] * n[2] - f[2] * n[0], f[1] * n[0] - f[0] * n[1]];
         (d, [-n[0], -n[1], -n[2], turn[0], turn[1], turn[2], s0, s1, s2])

@@ -3,6 +3,7 @@
 pub use super::columns::Columns;
 use super::linearised::{Evaluated, Loss, cost, linearise};
 pub use super::normal::Normal;
+use super::retraction::Moments;
 use super::shape::Shape;
 use crate::geometry::Vec3;
 
@@ -57,9 +58,11 @@ pub fn squares(shape: &Shape, points: &Columns) -> f64 {
 fn descend(start: &Shape, points: &Columns, loss: Loss, o: &Options) -> (Shape, f64) {
     let mut shape = start.recentred(&Vec3::zeros());
     let mut here = linearise(&shape, points, loss);
+    let moments = Moments(points.products());
     let mut damping = 1e-3;
     for step in 1..=o.steps {
-        let next = here.normal.damped_step(&shape, damping).map(|s| s.recentred(&Vec3::zeros()));
+        let next =
+            here.normal.damped_step(&shape, damping, &moments).map(|s| s.recentred(&Vec3::zeros()));
         // Most steps are accepted: cost and linearisation come from one pass, but for the last.
         let there = next.map(|next| {
             if step < o.steps {

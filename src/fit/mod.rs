@@ -12,6 +12,7 @@ pub mod least_squares;
 mod linearised;
 mod normal;
 mod rcond;
+mod retraction;
 mod ruler;
 mod scatter;
 mod section;

@@ -4,6 +4,7 @@
 
 use super::columns::Columns;
 use super::linearised::{Loss, linearise};
+use super::retraction::{Moments, retracted};
 use super::shape::{MAX_DOF, Shape};
 #[cfg(test)]
 use crate::geometry::Vec3;
@@ -58,9 +59,14 @@ impl Normal {
     }
 
     /// The shape after a step with Levenberg and Marquardt's damping.
-    pub(super) fn damped_step(&self, shape: &Shape, damping: f64) -> Option<Shape> {
+    pub(super) fn damped_step(
+        &self,
+        shape: &Shape,
+        damping: f64,
+        moments: &Moments,
+    ) -> Option<Shape> {
         let p = shape.family.dof();
-        self.solve(p, damping).and_then(|d| shape.stepped(&d[..p]))
+        self.solve(p, damping).and_then(|d| retracted(shape, &d[..p], moments))
     }
 
     /// Solves (A + damping diag A) x = -b for the lower triangle of A by Cholesky; `None` where not

@@ -143,6 +143,14 @@ impl Shape {
         }
     }
 
+    /// How many times longer the longest semi-axis is than the shortest; 1 for families without any.
+    pub fn elongation(&self) -> f64 {
+        match self.family {
+            Family::EllipticCylinder | Family::Ellipsoid => self.max_radius() / self.min_radius(),
+            _ => 1.0,
+        }
+    }
+
     /// Signed distance from `x`, without the normal.
     #[inline]
     pub fn distance(&self, x: &Vec3) -> f64 {
@@ -246,10 +254,15 @@ impl Shape {
     #[inline]
     pub fn distance_jacobian(&self, x: &Vec3, j: &mut [f64; MAX_DOF]) -> f64 {
         let o = self.offset(x);
-        let n = self.frame.tr_mul(&o.normal);
-        let q = self.frame.tr_mul(&(x - self.origin)) - n * o.distance;
-        let r = q.cross(&n);
         let d = o.distance;
+        let foot = x - o.normal * d;
+        let n = match self.family {
+            // The gradient at x turns on the way to the foot point.
+            Family::EllipticCylinder | Family::Ellipsoid => self.offset(&foot).normal,
+            _ => o.normal,
+        };
+        let [n, q] = [n, foot - self.origin].map(|v| self.frame.tr_mul(&v));
+        let r = q.cross(&n);
         match self.family {
             Family::Plane => j[..3].copy_from_slice(&[-n.z, -r.x, -r.y]),
             Family::Sphere => j[..4].copy_from_slice(&[-n.x, -n.y, -n.z, -1.0]),

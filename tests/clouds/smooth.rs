@@ -7,11 +7,12 @@ use conicoid::geometry::{Cone, Cylinder, EllipticCylinder, Surface, Vec3, perpen
 use super::{Cloud, Patch, Random};
 
 /// Every name `make` knows.
-pub const NAMES: [&str; 17] = [
+pub const NAMES: [&str; 18] = [
     "chain3",
     "chain3_exact",
     "chain3_70db",
     "chain3_outliers",
+    "arcs",
     "wave5",
     "wave5_poor",
     "capsule",
@@ -41,6 +42,10 @@ pub fn make(name: &str, seed: u64) -> Option<Cloud> {
             let (mut patches, sigma, _) = noisy(chain3(10_000, random), 90.0);
             patches.push(outliers(&patches, 0.2, random));
             (patches, sigma, sigma)
+        }
+        "arcs" => {
+            let sigma = 10f64.powf(random.uniform(-2.5, -1.5));
+            (arcs(random), sigma, sigma)
         }
         "wave5" => (wave5(30_000, 0.0, random), 0.01, 0.01),
         "wave5_poor" => (wave5(30_000, 0.03, random), 0.01, 0.025),
@@ -103,6 +108,13 @@ impl Arc {
     fn parameter(&self, heading: f64) -> f64 {
         let local = heading - self.rotation + if self.turn < 0.0 { PI } else { 0.0 };
         (-local.cos() / self.semi_axes[0]).atan2(local.sin() / self.semi_axes[1])
+    }
+
+    /// Curvature there, negative where the arc turns right.
+    fn curvature(&self, t: f64) -> f64 {
+        let [a, b] = self.semi_axes;
+        let speed = (a * t.sin()).hypot(b * t.cos());
+        (a * b / speed.powi(3)).copysign(self.turn)
     }
 
     /// Lengths along the arc from its start, at even steps of the parameter.
@@ -199,6 +211,51 @@ fn chain3(n: usize, random: &mut Random) -> Vec<Patch> {
     let sweep =
         Sweep { origin: Vec3::new(140.0, 0.0, 150.0), e1: -Vec3::x(), e2: Vec3::z(), length: 40.0 };
     chain(&arcs, 0.8, &sweep, n, random)
+}
+
+/// Two to five elliptic cylinders of any shape in one smooth surface; the curvature steps at every joint, and
+/// no two come near each other anywhere else.
+fn arcs(random: &mut Random) -> Vec<Patch> {
+    const STEP: f64 = 0.02;
+    const APART: f64 = 3.0;
+    loop {
+        let some: Vec<Arc> = (0..2 + random.below(4))
+            .map(|_| {
+                let a = random.uniform(8.0, 30.0);
+                let side = if random.below(2) == 0 { -1.0 } else { 1.0 };
+                Arc {
+                    semi_axes: [a, a * random.uniform(0.4, 0.85)],
+                    rotation: random.uniform(0.0, PI),
+                    turn: side * random.uniform(0.9, 1.9),
+                }
+            })
+            .collect();
+        let start = random.uniform(0.0, TAU);
+        let mut heading = start;
+        let steps = some.windows(2).all(|pair| {
+            heading += pair[0].turn;
+            let [before, after] = [&pair[0], &pair[1]].map(|a| a.curvature(a.parameter(heading)));
+            (before - after).abs() > STEP
+        });
+        let w = random.direction();
+        let (e1, e2) = perpendicular_frame(&w);
+        let length = random.uniform(20.0, 60.0);
+        let sweep = Sweep { origin: 100.0 * random.direction(), e1, e2, length };
+        let patches = chain(&some, start, &sweep, 4000 * some.len(), random);
+        let profile = |p: &Patch| -> Vec<Vec3> {
+            let across = |x: &Vec3| x - w * w.dot(x);
+            p.points.iter().step_by(20).map(across).collect()
+        };
+        let profiles: Vec<Vec<Vec3>> = patches.iter().map(profile).collect();
+        let near = |a: &Vec<Vec3>, b: &Vec<Vec3>| {
+            a.iter().any(|p| b.iter().any(|q| (p - q).norm() < APART))
+        };
+        let apart = (0..profiles.len())
+            .all(|i| profiles.iter().skip(i + 2).all(|other| !near(&profiles[i], other)));
+        if steps && apart {
+            return patches;
+        }
+    }
 }
 
 /// Five circular cylinders, concave and convex in turn, like the seed's Figure 6.

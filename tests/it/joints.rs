@@ -7,7 +7,7 @@ use conicoid::{
     segment::{Continuity, Neighbour, Parameters, Segmentation, Silent, segment},
 };
 
-use super::support::truth::{Cloud, Patch, Random};
+use super::support::truth::{Cloud, Patch, Random, score::score, smooth};
 
 fn run(cloud: &Cloud) -> Segmentation {
     segment(&cloud.input(), &Parameters::default(), &Silent).unwrap()
@@ -99,4 +99,23 @@ fn boundaries_lie_within_the_resolution_of_the_true_joint() {
             assert!(resolution < 4.0, "{sigma} {label}: {resolution}");
         }
     }
+}
+
+#[test]
+fn elliptic_arcs_joined_smoothly_are_found_one_by_one_and_as_exactly_as_their_points_allow() {
+    let mut efficiencies = Vec::new();
+    for seed in 1..=6 {
+        let cloud = smooth::make("arcs", seed).unwrap();
+        let found = run(&cloud);
+        let reported: Vec<_> =
+            found.regions.iter().map(|r| (r.surface_type, r.coefficients)).collect();
+        let score = score(&cloud, &found.labels, &reported);
+        assert_eq!(score.regions, score.surfaces, "seed {seed}: {score}");
+        assert!(score.ratio > 0.995, "seed {seed}: {score}");
+        efficiencies.extend(score.efficiencies);
+    }
+    // One is the bound where labels are perfect; over smooth joints they leak.
+    efficiencies.sort_by(f64::total_cmp);
+    let median = efficiencies[efficiencies.len() / 2];
+    assert!(median < 1.4, "{efficiencies:?}");
 }

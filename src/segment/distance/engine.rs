@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::bridges::break_bridges;
 use super::family::{Families, Policy};
 use super::form;
-use super::hypothesis::{Hypothesis, correlated, correlation};
+use super::hypothesis::{Hypothesis, correlated, correlation, is_parabolic};
 use super::label::{members, relabel};
 use super::median::deviation;
 use super::merge::{SOUND, merge};
@@ -237,6 +237,7 @@ pub fn discover(
     monitor: &dyn Monitor,
 ) -> Result<Model, Cancelled> {
     let mut model = Model { labels: vec![-1; scene.len()], ..Model::default() };
+    let mut doubtful = false;
     for pass in 0..PASSES {
         let open: Vec<u32> =
             (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();
@@ -246,10 +247,11 @@ pub fn discover(
         let seed = parameters.seed ^ pass as u64;
         let (chosen, labels) = if pass == 0 {
             let found = form::hypotheses(scene, families, seed, &mut model.trials, monitor)?;
-            let Some(found) = found else {
+            let Some((found, seen)) = found else {
                 model.form_error = true;
                 break;
             };
+            doubtful = seen;
             choose(scene, found, families, 0)
         } else {
             // What is left has a graph of its own: strips a point or two wide hold together in it.
@@ -277,9 +279,12 @@ pub fn discover(
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
-        if pass + 1 < PASSES {
-            drop_correlated(scene, &mut model, families.sigma);
+        if std::mem::take(&mut doubtful) && form::is_seen(scene, &model, families.sigma) {
+            model.form_error = true;
+            break;
         }
+        let last = pass + 1 == PASSES;
+        drop_unsound(scene, &mut model, families.sigma, last);
         tighten(scene, &model, families);
     }
     Ok(model)
@@ -408,9 +413,9 @@ fn converge(
     Ok(())
 }
 
-/// Takes out regions whose residuals are correlated: they bridge several surfaces, which the next pass
-/// finds one by one.
-fn drop_correlated(scene: &Scene, model: &mut Model, sigma: f64) {
+/// Takes out regions that are parabolas, and, unless this is the `last` pass, those whose residuals are correlated:
+/// they bridge several surfaces, which the next pass finds one by one.
+fn drop_unsound(scene: &Scene, model: &mut Model, sigma: f64, last: bool) {
     let groups = members(&model.labels, model.shapes.len());
     let keep: Vec<bool> = model
         .shapes
@@ -419,7 +424,8 @@ fn drop_correlated(scene: &Scene, model: &mut Model, sigma: f64) {
         .enumerate()
         .map(|(l, (s, g))| {
             let inside = |j: u32| model.labels[j as usize] == l as i32;
-            !correlated(correlation(scene, s, g, sigma, inside), g.len())
+            !is_parabolic(s)
+                && (last || !correlated(correlation(scene, s, g, sigma, inside), g.len()))
         })
         .collect();
     for l in &mut model.labels {

@@ -7,8 +7,9 @@
 
 use rayon::prelude::*;
 
+use super::engine::Model;
 use super::family::Families;
-use super::hypothesis::{Hypothesis, Walk, grow};
+use super::hypothesis::{Hypothesis, Walk, correlation, grow};
 use super::label::members;
 use super::scene::Scene;
 use super::search::{MIN_SUPPORT, hypothesise};
@@ -33,11 +34,13 @@ const ALIKE: usize = 3;
 /// Common share of two supports that are the same.
 const SAME: f64 = 0.75;
 
-/// Share of the grown points that lie in hypotheses with correlated residuals.
-fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
-    let all: usize = hypotheses.iter().map(|h| h.support.len()).sum();
-    let bad = hypotheses.iter().filter(|h| h.correlation > CORRELATED);
-    bad.map(|h| h.support.len()).sum::<usize>() as f64 / all.max(1) as f64
+/// Share of the points of some surfaces, each given by the correlation of its residuals and its number of points,
+/// that lie in those with correlated ones.
+fn correlated_share(surfaces: impl Iterator<Item = (f64, usize)>) -> f64 {
+    let (bad, all) = surfaces.fold((0, 0), |(bad, all), (correlation, points)| {
+        (bad + if correlation > CORRELATED { points } else { 0 }, all + points)
+    });
+    bad as f64 / all.max(1) as f64
 }
 
 /// The scatter about surfaces at which these are looked for, rising: multiples of the points' noise, and of what
@@ -54,7 +57,11 @@ pub fn between(noise: f64) -> [f64; 2] {
     BETWEEN.map(|l| l * noise)
 }
 
-/// The hypotheses of a scene; none where its surfaces, if it has any, have a form error.
+/// The hypotheses of a scene, and whether most of what they cover goes together as with a form error; none where
+/// many do so.
+///
+/// Few hypotheses tell little: those that bridge smooth joints look like that too, until labels and surfaces have
+/// settled. Then [`is_seen`] tells.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -64,11 +71,24 @@ pub fn hypotheses(
     seed: u64,
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
-) -> Result<Option<Vec<Hypothesis>>, Cancelled> {
-    let doubtful = |found: &[Hypothesis]| correlated_share(found) > 0.5;
-    let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && doubtful(found);
-    let found = hypothesise(scene, families, usize::MAX, seed, trials, early, monitor)?;
-    Ok((!doubtful(&found)).then_some(found))
+) -> Result<Option<(Vec<Hypothesis>, bool)>, Cancelled> {
+    let doubtful = |found: &[Hypothesis]| {
+        correlated_share(found.iter().map(|h| (h.correlation, h.support.len()))) > 0.5
+    };
+    let many = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && doubtful(found);
+    let found = hypothesise(scene, families, usize::MAX, seed, trials, many, monitor)?;
+    let doubtful = doubtful(&found);
+    Ok((!doubtful || found.len() < FORM_SAMPLE).then_some((found, doubtful)))
+}
+
+/// Whether most of what settled surfaces explain goes together as with a form error.
+pub fn is_seen(scene: &Scene, model: &Model, sigma: f64) -> bool {
+    let groups = members(&model.labels, model.shapes.len());
+    let regions = model.shapes.iter().zip(&groups).enumerate().map(|(l, (shape, group))| {
+        let inside = |j: u32| model.labels[j as usize] == l as i32;
+        (correlation(scene, shape, group, sigma, inside), group.len())
+    });
+    correlated_share(regions) > 0.5
 }
 
 /// The hypotheses of a scene whose surfaces have a form error that `families` take account of; none where most of

@@ -36,6 +36,15 @@ pub fn correlated(correlation: f64, n: usize) -> bool {
     correlation > 0.15 + CHANCE / (n.max(1) as f64).sqrt()
 }
 
+/// Semi-axes further apart than this many times are those of no ellipse.
+const PARABOLIC: f64 = 25.0;
+
+/// Whether an elliptic shape is so long that it is a parabola where its points lie: what growth makes of an edge
+/// with both its faces, or of a fillet beside its own.
+pub fn is_parabolic(shape: &Shape) -> bool {
+    shape.elongation() > PARABOLIC
+}
+
 /// The mean product of neighbouring residuals over their mean square, on a sample of `support`: near 0
 /// for a surface that explains its points, towards 1 where a form error is left. 0 where residuals
 /// are far below `sigma`, so that rounding does not count as form.
@@ -397,7 +406,7 @@ fn grow_from(
     good.map(|(shape, support)| {
         walk.run(scene, &support, support.len(), |from, _| from.is_none());
         let correlation = correlation(scene, &shape, &support, sigma, |j| walk.contains(j));
-        let sound = !correlated(correlation, support.len());
+        let sound = !correlated(correlation, support.len()) && !is_parabolic(&shape);
         Hypothesis { shape, support, correlation, sound }
     })
 }
