@@ -31,11 +31,14 @@ fn apart(cloud: &Cloud, labels: &[i32], label: i32, quadrics: [&Quadric; 2]) -> 
     points.map(difference).fold(0.0, f64::max) / cloud.sigma
 }
 
+/// Points of a region below which its surface is not compared: a few dozen points of a fillet's rest allow several.
+const LEAST: usize = 100;
+
 /// How two answers for the same points compare.
 struct Comparison {
     /// Points that moved to a region that is not their old region's partner, as a share.
     moved: f64,
-    /// Largest distance between partner surfaces, in noise sigmas.
+    /// Largest distance between partner surfaces of enough points, in noise sigmas.
     apart: f64,
 }
 
@@ -61,9 +64,10 @@ fn compare(cloud: &Cloud, first: &Segmentation, second: (&[i32], &[Quadric])) ->
         };
         apart(cloud, &first.labels, a, [&Quadric(region.coefficients), quadric])
     };
+    let known = |(a, _): &(&i32, &i32)| first.regions[**a as usize].point_count >= LEAST;
     Comparison {
         moved: moved.count() as f64 / labels.len() as f64,
-        apart: partners.iter().map(gap).fold(0.0, f64::max),
+        apart: partners.iter().filter(known).map(gap).fold(0.0, f64::max),
     }
 }
 
