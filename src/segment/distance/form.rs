@@ -19,6 +19,11 @@ use crate::segment::{Cancelled, Monitor};
 const FORM_SAMPLE: usize = 16;
 /// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
 const CORRELATED: f64 = 0.07;
+/// Share of the points of hypotheses in correlated ones beyond which a form error is suspected, and clear.
+const DOUBTFUL: f64 = 0.25;
+const CLEAR: f64 = 0.6;
+/// The same share of settled surfaces beyond which it is seen: without form errors hardly any is left.
+const SEEN: f64 = 0.1;
 /// Multiples of sigma at which surfaces with a form error are looked for.
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Those tried last, for what the others see only in part.
@@ -58,10 +63,10 @@ pub fn between(noise: f64) -> [f64; 2] {
 }
 
 /// The hypotheses of a scene, and whether most of what they cover goes together as with a form error; none where
-/// many do so.
+/// that is clear.
 ///
-/// Few hypotheses tell little: those that bridge smooth joints look like that too, until labels and surfaces have
-/// settled. Then [`is_seen`] tells.
+/// Hypotheses that bridge smooth joints look like that too, until labels and surfaces have settled. Then
+/// [`is_seen`] tells.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -72,13 +77,13 @@ pub fn hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Option<(Vec<Hypothesis>, bool)>, Cancelled> {
-    let doubtful = |found: &[Hypothesis]| {
-        correlated_share(found.iter().map(|h| (h.correlation, h.support.len()))) > 0.5
+    let share = |found: &[Hypothesis]| {
+        correlated_share(found.iter().map(|h| (h.correlation, h.support.len())))
     };
-    let many = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && doubtful(found);
-    let found = hypothesise(scene, families, usize::MAX, seed, trials, many, monitor)?;
-    let doubtful = doubtful(&found);
-    Ok((!doubtful || found.len() < FORM_SAMPLE).then_some((found, doubtful)))
+    let clear = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && share(found) > CLEAR;
+    let found = hypothesise(scene, families, usize::MAX, seed, trials, clear, monitor)?;
+    let doubtful = share(&found) > DOUBTFUL;
+    Ok((!clear(&found)).then_some((found, doubtful)))
 }
 
 /// Whether most of what settled surfaces explain goes together as with a form error.
@@ -88,7 +93,7 @@ pub fn is_seen(scene: &Scene, model: &Model, sigma: f64) -> bool {
         let inside = |j: u32| model.labels[j as usize] == l as i32;
         (correlation(scene, shape, group, sigma, inside), group.len())
     });
-    correlated_share(regions) > 0.5
+    correlated_share(regions) > SEEN
 }
 
 /// The hypotheses of a scene whose surfaces have a form error that `families` take account of; none where most of

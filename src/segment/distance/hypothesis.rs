@@ -65,24 +65,23 @@ pub fn correlation(
     for k in 0..m {
         let i = support[k * support.len() / m] as usize;
         let r = ruler.distance(&scene.points[i]);
+        let around = &scene.neighbours(i)[..AROUND];
         let (mut sum, mut near) = (0.0, 0);
-        for &j in scene.neighbours(i).iter().take(AROUND) {
+        for &j in around {
             if inside(j) {
                 sum += ruler.distance(&scene.points[j as usize]);
                 near += 1;
             }
         }
+        let sq_reach = (scene.points[around[AROUND - 1] as usize] - scene.points[i]).norm_squared();
         if near > 0 {
-            all.add(r, sum / near as f64);
+            all.add(r, sum / near as f64, sq_reach);
         }
         if near == AROUND {
-            interior.add(r, sum / near as f64);
+            interior.add(r, sum / near as f64, sq_reach);
         }
     }
-    let Products { product, square, count } =
-        if interior.count * 4 > all.count { interior } else { all };
-    let rms = (square / f64::from(count.max(1))).sqrt();
-    if rms < 0.3 * sigma { 0.0 } else { product / square }
+    if interior.count * 4 > all.count { interior } else { all }.correlation(sigma)
 }
 
 /// Neighbours whose residuals are compared with a point's.
@@ -93,14 +92,32 @@ const AROUND: usize = 6;
 struct Products {
     product: f64,
     square: f64,
+    /// Inverse squares of the neighbourhoods' radii.
+    inverse_sq: f64,
     count: u32,
 }
 
 impl Products {
-    fn add(&mut self, r: f64, around: f64) {
+    fn add(&mut self, r: f64, around: f64, sq_reach: f64) {
         self.product += r * around;
         self.square += r * r;
+        self.inverse_sq += 1.0 / sq_reach.max(f64::MIN_POSITIVE);
         self.count += 1;
+    }
+
+    /// What of the products is not due to how neighbours are chosen.
+    ///
+    /// Of points whose noise comes to a good part of their spacing the nearest are those with like residuals: a
+    /// point at height z over the surface finds those at z' within a circle of area pi (R2 - (z - z')2), so
+    /// E[z' | z] = 2 z s2 / R2 to first order in s2 / R2.
+    fn correlation(&self, sigma: f64) -> f64 {
+        let count = f64::from(self.count.max(1));
+        let mean_sq = self.square / count;
+        if mean_sq.sqrt() < 0.3 * sigma {
+            return 0.0;
+        }
+        let chosen = 2.0 * mean_sq * self.inverse_sq / count;
+        self.product / self.square - chosen / (1.0 + chosen)
     }
 }
 
