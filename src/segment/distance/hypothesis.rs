@@ -432,7 +432,31 @@ fn grow_from(
 mod tests {
     use super::*;
     use crate::fit::Family;
+    use crate::fit::fits::Random;
     use crate::segment::random::SplitMix64;
+
+    #[test]
+    fn noise_of_a_thick_sheet_is_not_correlated_and_a_wave_is() {
+        let mut random = Random::new(8);
+        let plane = Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3]);
+        let (n, side) = (4000, 63.0);
+        for sigma in [0.05, 0.3, 0.6] {
+            let mut points = |wave: f64| -> Vec<Vec3> {
+                let mut at = |_| {
+                    let (x, y) = (random.uniform(0.0, side), random.uniform(0.0, side));
+                    Vec3::new(x, y, sigma * random.normal() + wave * sigma * (x / 6.0).sin())
+                };
+                (0..n).map(&mut at).collect()
+            };
+            let mut measured = |wave| {
+                let scene = Scene::new(points(wave));
+                let all: Vec<u32> = (0..n as u32).collect();
+                correlation(&scene, &plane, &all, sigma, |_| true)
+            };
+            assert!(measured(0.0).abs() < 0.06, "{sigma}: {}", measured(0.0));
+            assert!(measured(1.0) > 0.15, "{sigma}: {}", measured(1.0));
+        }
+    }
 
     #[test]
     fn a_walk_that_measures_many_points_at_once_goes_the_same_way() {

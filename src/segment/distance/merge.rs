@@ -18,6 +18,11 @@ const MERGE_SAMPLE: usize = 1500;
 /// Mean truncated chi2 above which a surface does not describe a set of points.
 pub const SOUND: f64 = 3.0;
 
+/// What an edge of the graph between two regions costs. Labels choose the surface that the noise is nearer to: two
+/// surfaces less than the noise apart share a sheet's points between them along a border that winds all over it,
+/// and each fits better than one does.
+const BORDER: f64 = 0.05;
+
 /// Joins pairs of regions whose joint fit costs less description length: pairs of one family
 /// wherever they lie, and neighbours of unlike families under either one's.
 pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
@@ -65,7 +70,9 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
                     let (s, p) = (&model.shapes[k], &samples[k]);
                     cost(s, p) + length(s, p)
                 };
-                let apart = alone(a) + alone(b);
+                let share = points.len() as f64 / (groups[a].len() + groups[b].len()) as f64;
+                let edges = touching.get(&(a, b)).map_or(0.0, |n| *n as f64);
+                let apart = alone(a) + alone(b) + BORDER * edges * share;
                 let mut best: Option<(f64, Shape)> = None;
                 if sa.family == Family::Plane && sb.family == Family::Plane {
                     best = directions
@@ -143,4 +150,48 @@ fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
         median(&mut d).unwrap_or(f64::INFINITY)
     };
     typical(a, &pb).min(typical(b, &pa)) < 0.1 * size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fits::Random;
+    use crate::segment::Parameters;
+    use crate::segment::distance::family::Policy;
+
+    #[test]
+    fn two_halves_of_the_noise_of_one_sheet_are_one_region_and_a_step_of_its_size_is_two() {
+        let random = &mut Random::new(4);
+        let sheet = |step: f64, random: &mut Random| -> Vec<Vec3> {
+            let mut at = || {
+                let (x, y) = (random.uniform(0.0, 50.0), random.uniform(0.0, 50.0));
+                Vec3::new(x, y, random.normal() + if x < 25.0 { 0.0 } else { step })
+            };
+            (0..2000).map(|_| at()).collect()
+        };
+        let families = Families {
+            allowed: Family::ALL.to_vec(),
+            sigma: 1.0,
+            floor: 1.0,
+            max_radius: 1e3,
+            strips: true,
+            policy: Policy::of(&Parameters::default()),
+        };
+        let plane =
+            |z: f64| Shape::with_axis(Family::Plane, Vec3::new(25.0, 25.0, z), Vec3::z(), [0.0; 3]);
+        // One sheet, whose points took the surface that their neighbours lie nearer to.
+        let scene = Scene::new(sheet(0.0, random));
+        let side = |i: usize| {
+            let around = scene.neighbours(i).iter().map(|&j| scene.points[j as usize].z);
+            i32::from(around.sum::<f64>() > 0.0)
+        };
+        let labels: Vec<i32> = (0..scene.len()).map(side).collect();
+        let mut model = Model { shapes: vec![plane(-0.1), plane(0.1)], labels, ..Model::default() };
+        assert_eq!(merge(&scene, &mut model, &families), 1);
+        // Two sheets a sigma apart.
+        let scene = Scene::new(sheet(1.0, random));
+        let labels = scene.points.iter().map(|p| i32::from(p.x > 25.0)).collect();
+        let mut model = Model { shapes: vec![plane(0.0), plane(1.0)], labels, ..Model::default() };
+        assert_eq!(merge(&scene, &mut model, &families), 0);
+    }
 }
