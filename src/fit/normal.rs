@@ -50,12 +50,19 @@ impl Normal {
     }
 
     /// The shape after one Gauss-Newton step; `None` where the points do not determine it or the step
-    /// would move the surface by more than `limit` (root mean square over the points).
-    pub fn step(&self, shape: &Shape, limit: f64) -> Option<Shape> {
+    /// would move the surface by more than `limit` (root mean square over the points). `sample` holds some of
+    /// the points.
+    pub fn step(&self, shape: &Shape, limit: f64, sample: &Columns) -> Option<Shape> {
         let p = shape.family.dof();
         let d = self.solve(p, 0.0)?;
         let moved: f64 = -(0..p).map(|a| d[a] * self.jr[a]).sum::<f64>() / self.weight;
-        (moved >= 0.0 && moved.sqrt() < limit).then(|| shape.stepped(&d[..p])).flatten()
+        if !(moved >= 0.0 && moved.sqrt() < limit) {
+            return None;
+        }
+        let origin = sample.origin();
+        let moments = Moments(sample.products());
+        let next = retracted(&shape.translated(&-origin), &d[..p], &moments)?;
+        Some(next.translated(&origin))
     }
 
     /// The shape after a step with Levenberg and Marquardt's damping.

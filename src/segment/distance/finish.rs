@@ -60,7 +60,7 @@ pub fn finish(points: &[Vec3], labelled: &Labelled, model: &mut Model, sigma: f6
         // rises by about one for each degree of freedom.
         let chance = WORSE * s.family.dof() as f64 / sample.total().max(1.0);
         let worse = |next: &Shape| squares(next, sample) > (1.0 + chance) * squares(s, sample);
-        if let Some(next) = n.step(s, 3.0 * sigma).filter(|next| !worse(next)) {
+        if let Some(next) = n.step(s, 3.0 * sigma, sample).filter(|next| !worse(next)) {
             *s = next;
         }
     }
