@@ -247,11 +247,11 @@ pub fn discover(
         let seed = parameters.seed ^ pass as u64;
         let (chosen, labels) = if pass == 0 {
             let found = form::hypotheses(scene, families, seed, &mut model.trials, monitor)?;
-            let Some((found, seen)) = found else {
+            let Some((found, suspected)) = found else {
                 model.form_error = true;
                 break;
             };
-            doubtful = seen;
+            doubtful = suspected;
             choose(scene, found, families, 0)
         } else {
             // What is left has a graph of its own: strips a point or two wide hold together in it.

@@ -22,8 +22,8 @@ const CORRELATED: f64 = 0.07;
 /// Share of the points of hypotheses in correlated ones beyond which a form error is suspected, and clear.
 const DOUBTFUL: f64 = 0.25;
 const CLEAR: f64 = 0.6;
-/// The same share of settled surfaces beyond which it is seen: without form errors hardly any is left.
-const SEEN: f64 = 0.1;
+/// Mean correlation of settled surfaces' residuals beyond which it is seen: without form errors hardly any is left.
+const SEEN: f64 = 0.035;
 /// Multiples of sigma at which surfaces with a form error are looked for.
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Those tried last, for what the others see only in part.
@@ -39,13 +39,11 @@ const ALIKE: usize = 3;
 /// Common share of two supports that are the same.
 const SAME: f64 = 0.75;
 
-/// Share of the points of some surfaces, each given by the correlation of its residuals and its number of points,
-/// that lie in those with correlated ones.
-fn correlated_share(surfaces: impl Iterator<Item = (f64, usize)>) -> f64 {
-    let (bad, all) = surfaces.fold((0, 0), |(bad, all), (correlation, points)| {
-        (bad + if correlation > CORRELATED { points } else { 0 }, all + points)
-    });
-    bad as f64 / all.max(1) as f64
+/// Share of the grown points that lie in hypotheses with correlated residuals.
+fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
+    let all: usize = hypotheses.iter().map(|h| h.support.len()).sum();
+    let bad = hypotheses.iter().filter(|h| h.correlation > CORRELATED);
+    bad.map(|h| h.support.len()).sum::<usize>() as f64 / all.max(1) as f64
 }
 
 /// The scatter about surfaces at which these are looked for, rising: multiples of the points' noise, and of what
@@ -77,23 +75,24 @@ pub fn hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Option<(Vec<Hypothesis>, bool)>, Cancelled> {
-    let share = |found: &[Hypothesis]| {
-        correlated_share(found.iter().map(|h| (h.correlation, h.support.len())))
-    };
-    let clear = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && share(found) > CLEAR;
+    let clear =
+        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && correlated_share(found) > CLEAR;
     let found = hypothesise(scene, families, usize::MAX, seed, trials, clear, monitor)?;
-    let doubtful = share(&found) > DOUBTFUL;
+    let doubtful = correlated_share(&found) > DOUBTFUL;
     Ok((!clear(&found)).then_some((found, doubtful)))
 }
 
-/// Whether most of what settled surfaces explain goes together as with a form error.
+/// Whether what settled surfaces leave of their points goes together as with a form error.
 pub fn is_seen(scene: &Scene, model: &Model, sigma: f64) -> bool {
     let groups = members(&model.labels, model.shapes.len());
-    let regions = model.shapes.iter().zip(&groups).enumerate().map(|(l, (shape, group))| {
+    let (mut sum, mut points) = (0.0, 0.0);
+    for (l, (shape, group)) in model.shapes.iter().zip(&groups).enumerate() {
         let inside = |j: u32| model.labels[j as usize] == l as i32;
-        (correlation(scene, shape, group, sigma, inside), group.len())
-    });
-    correlated_share(regions) > SEEN
+        let n = group.len() as f64;
+        sum += n * correlation(scene, shape, group, sigma, inside);
+        points += n;
+    }
+    sum > SEEN * points
 }
 
 /// The hypotheses of a scene whose surfaces have a form error that `families` take account of; none where most of
