@@ -32,6 +32,22 @@ impl Random {
     }
 }
 
+/// A shape of each family, all at one tilted place.
+pub fn shapes() -> Vec<Shape> {
+    let (o, w) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.2, 0.3, 1.0));
+    [
+        (Family::Plane, [0.0; 3]),
+        (Family::Sphere, [5.0, 0.0, 0.0]),
+        (Family::Cylinder, [4.0, 0.0, 0.0]),
+        (Family::Cone, [4.0, 0.4, 0.0]),
+        (Family::EllipticCylinder, [6.0, 4.0, 0.0]),
+        (Family::Torus, [9.0, 3.0, 0.0]),
+        (Family::Ellipsoid, [6.0, 4.0, 5.0]),
+    ]
+    .map(|(family, size)| Shape::with_axis(family, o, w, size))
+    .to_vec()
+}
+
 const SIGMA: f64 = 0.02;
 
 /// Whether a place in the shape's frame is seen.

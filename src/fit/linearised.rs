@@ -252,26 +252,18 @@ impl Robust {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fits::Random;
+    use super::super::fits::{self, Random};
     use super::super::shape::Family;
     use super::*;
     use crate::geometry::Vec3;
 
+    /// A shape of each family, and those whose points lie beyond their axes.
     fn shapes() -> Vec<Shape> {
-        let (o, w) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.2, 0.3, 1.0));
-        [
-            (Family::Plane, [0.0; 3]),
-            (Family::Sphere, [5.0, 0.0, 0.0]),
-            (Family::Cylinder, [4.0, 0.0, 0.0]),
-            (Family::Cone, [4.0, 0.4, 0.0]),
-            (Family::Cone, [1.0, -1.2, 0.0]),
-            (Family::EllipticCylinder, [6.0, 4.0, 0.0]),
-            (Family::Torus, [9.0, 3.0, 0.0]),
-            (Family::Torus, [2.0, 3.0, 0.0]),
-            (Family::Ellipsoid, [6.0, 4.0, 5.0]),
-        ]
-        .map(|(f, s)| Shape::with_axis(f, o, w, s))
-        .to_vec()
+        let more = [(Family::Cone, [1.0, -1.2, 0.0]), (Family::Torus, [2.0, 3.0, 0.0])];
+        let mut all = fits::shapes();
+        let at = all[0];
+        all.extend(more.map(|(family, size)| Shape { family, size, ..at }));
+        all
     }
 
     fn close(a: f64, b: f64) -> bool {

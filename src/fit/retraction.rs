@@ -62,7 +62,7 @@ fn round(shape: &Shape, t: Vec3, growth: f64, axes: Vec3, moments: &Moments) -> 
     let (mean, products) = moments.about(shape);
     // Gradients are 2 q, and change by -2 t.
     let scale = 1.0 + t.dot(&mean) / products.diagonal().dot(&axes);
-    if scale.is_nan() || scale < LEAST_SCALE {
+    if !scale.is_finite() || scale < LEAST_SCALE {
         return None;
     }
     let centre = t / scale;
@@ -91,7 +91,7 @@ fn elliptic<const D: usize>(
     let (at, gradient) = (s * mean, s * products);
     let change = 4.0 * (gradient * quadratic).trace() + 2.0 * linear.dot(&at);
     let scale = 1.0 - change / (4.0 * (gradient * s).trace());
-    if scale.is_nan() || scale < LEAST_SCALE {
+    if !scale.is_finite() || scale < LEAST_SCALE {
         return None;
     }
     let (values, axes) = principal::<D>(&(s * scale + quadratic));
@@ -131,26 +131,11 @@ fn principal<const D: usize>(m: &Mat3) -> (Vec3, Mat3) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fits::Random;
+    use super::super::fits::{Random, shapes};
     use super::super::least_squares::{Options, fit};
     use super::*;
 
     const SPREAD: Moments = Moments(Mat3::new(2.0, 0.3, 0.1, 0.3, 1.0, 0.2, 0.1, 0.2, 0.5));
-
-    fn shapes() -> Vec<Shape> {
-        let (o, w) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.2, 0.3, 1.0));
-        [
-            (Family::Plane, [0.0; 3]),
-            (Family::Sphere, [5.0, 0.0, 0.0]),
-            (Family::Cylinder, [4.0, 0.0, 0.0]),
-            (Family::Cone, [4.0, 0.4, 0.0]),
-            (Family::EllipticCylinder, [6.0, 4.0, 0.0]),
-            (Family::Torus, [9.0, 3.0, 0.0]),
-            (Family::Ellipsoid, [6.0, 4.0, 5.0]),
-        ]
-        .map(|(family, size)| Shape::with_axis(family, o, w, size))
-        .to_vec()
-    }
 
     #[test]
     fn to_first_order_it_is_the_straight_step() {

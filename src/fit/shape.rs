@@ -438,22 +438,8 @@ fn orthonormal(m: &Mat3) -> Mat3 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fits::shapes;
     use super::*;
-
-    fn shapes() -> Vec<Shape> {
-        let (o, w) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.2, 0.3, 1.0));
-        [
-            (Family::Plane, [0.0; 3]),
-            (Family::Sphere, [5.0, 0.0, 0.0]),
-            (Family::Cylinder, [4.0, 0.0, 0.0]),
-            (Family::Cone, [4.0, 0.4, 0.0]),
-            (Family::EllipticCylinder, [6.0, 4.0, 0.0]),
-            (Family::Torus, [9.0, 3.0, 0.0]),
-            (Family::Ellipsoid, [6.0, 4.0, 5.0]),
-        ]
-        .map(|(f, s)| Shape::with_axis(f, o, w, s))
-        .to_vec()
-    }
 
     #[test]
     fn the_jacobian_is_the_derivative_of_the_distance() {

@@ -60,7 +60,7 @@ pub fn between(noise: f64) -> [f64; 2] {
     BETWEEN.map(|l| l * noise)
 }
 
-/// The hypotheses of a scene, and whether most of what they cover goes together as with a form error; none where
+/// The hypotheses of a scene, and whether a good part of what they cover goes together as with a form error; none where
 /// that is clear.
 ///
 /// Hypotheses that bridge smooth joints look like that too, until labels and surfaces have settled. Then

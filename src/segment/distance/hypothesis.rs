@@ -117,7 +117,8 @@ impl Products {
             return 0.0;
         }
         let chosen = 2.0 * mean_sq * self.inverse_sq / count;
-        self.product / self.square - chosen / (1.0 + chosen)
+        // Written so that points all but on top of each other give 1.
+        self.product / self.square - 1.0 / (1.0 + 1.0 / chosen)
     }
 }
 
