@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::engine::Model;
-use super::label::{MOST, candidates, energies};
+use super::label::{Energies, SceneLabels};
 use super::median::deviation;
 use super::scene::Scene;
 use super::spread::{Labelled, Share, posterior};
@@ -255,24 +255,21 @@ fn straightened(s: &Shape, centroid: &Vec3) -> Shape {
 
 /// The shares of a scene's points beside boundaries.
 pub fn shares(scene: &Scene, model: &Model, sigma: f64) -> Vec<Share> {
-    let inverse = 1.0 / (sigma * sigma);
     let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
-    (0..scene.len())
+    let inverse = 1.0 / (sigma * sigma);
+    let of = SceneLabels { scene, rulers: &rulers, labels: &model.labels, inverse };
+    (0..scene.len() as u32)
         .into_par_iter()
         .with_min_len(1024)
         .filter_map(|i| {
-            let own = model.labels[i];
-            let near = scene.neighbours(i);
-            let label = |j: u32| model.labels[j as usize];
-            let mut found = [0; MOST];
-            let m = candidates(own, near.iter().map(|&j| label(j)), &mut found);
-            if own < 0 || m < 2 {
+            let own = model.labels[i as usize];
+            let beside =
+                |&j: &u32| model.labels[j as usize] >= 0 && model.labels[j as usize] != own;
+            if own < 0 || !scene.neighbours(i as usize).iter().any(beside) {
                 return None;
             }
-            let ruler = |l: i32| &rulers[l as usize];
-            let (all, m) = energies(&scene.points, i, near, &found[..m], ruler, label, inverse);
-            let share = posterior(all[..m].iter().map(|e| (e.label, e.evidence)));
-            share.iter().any(|s| s.0 != own).then_some((i as u32, share))
+            let share = posterior(&Energies::at(&of, i));
+            share.iter().any(|s| s.0 != own).then_some((i, share))
         })
         .collect()
 }

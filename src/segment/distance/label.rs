@@ -15,8 +15,67 @@ const SMOOTH_CUT: f64 = 16.0;
 /// And this much across a sharp edge: a point past it says that it lies there itself, not that its
 /// neighbour does.
 const SHARP_CUT: f64 = 1.0;
+/// Evidence for one label over the next best that needs no more points' word.
+const ENOUGH: f64 = 12.0;
+/// Rings of neighbours' neighbours that are asked where there is less than that.
+const RINGS: usize = 2;
+/// Most points asked: three rings of a surface's.
+const ASKED: usize = 256;
 /// Most labels met at one point: its own and its neighbours'.
-pub const MOST: usize = K + 1;
+const MOST: usize = K + 1;
+
+/// What labels are placed by: points, their neighbours, labels and surfaces.
+pub trait Labelling {
+    /// A point.
+    fn point(&self, i: u32) -> &Vec3;
+    /// The nearest other points to a point, nearest first, at most `K` of them.
+    fn neighbours(&self, i: u32) -> &[u32];
+    /// A point's label, -1 = none.
+    fn label(&self, i: u32) -> i32;
+    /// The surface of a label.
+    fn ruler(&self, label: i32) -> &Ruler;
+    /// 1 / sigma2.
+    fn inverse(&self) -> f64;
+
+    /// Squared distance of a point from a label's surface, in sigmas.
+    fn sq(&self, label: i32, i: u32) -> f64 {
+        self.ruler(label).distance(self.point(i)).powi(2) * self.inverse()
+    }
+}
+
+/// The labels of a scene.
+pub struct SceneLabels<'a> {
+    /// Its points and their neighbours.
+    pub scene: &'a Scene,
+    /// The surfaces.
+    pub rulers: &'a [Ruler],
+    /// One label a point.
+    pub labels: &'a [i32],
+    /// 1 / sigma2.
+    pub inverse: f64,
+}
+
+impl Labelling for SceneLabels<'_> {
+    fn point(&self, i: u32) -> &Vec3 {
+        &self.scene.points[i as usize]
+    }
+
+    fn neighbours(&self, i: u32) -> &[u32] {
+        self.scene.neighbours(i as usize)
+    }
+
+    fn label(&self, i: u32) -> i32 {
+        self.labels[i as usize]
+    }
+
+    fn ruler(&self, label: i32) -> &Ruler {
+        &self.rulers[label as usize]
+    }
+
+    fn inverse(&self) -> f64 {
+        self.inverse
+    }
+}
 
 /// What a label costs at a point.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,90 +89,178 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// All of it.
-    pub fn total(&self) -> f64 {
+    fn total(&self) -> f64 {
         self.evidence + self.against
     }
 }
 
-/// Distinct labels of a point and its neighbours, the point's own first.
-pub fn candidates(own: i32, near: impl Iterator<Item = i32>, out: &mut [i32; MOST]) -> usize {
-    let mut m = 0;
-    for l in std::iter::once(own).chain(near) {
-        if l >= 0 && !out[..m].contains(&l) {
-            out[m] = l;
-            m += 1;
-        }
-    }
-    m
+/// What the labels met at a point cost there.
+pub struct Energies {
+    all: [Energy; MOST],
+    len: usize,
 }
 
-/// Energies at a point of the candidate labels that lie within reach of it.
-///
-/// The neighbours' evidence is what places a smooth joint better than the point alone can: there each
-/// tells the surfaces apart a little, and together they tell much.
-pub fn energies<'s>(
-    points: &[Vec3],
-    i: usize,
-    near: &[u32],
-    candidates: &[i32],
-    ruler: impl Fn(i32) -> &'s Ruler,
-    label: impl Fn(u32) -> i32,
-    inverse: f64,
-) -> ([Energy; MOST], usize) {
-    let mut out = [Energy::default(); MOST];
-    let mut sq = [[0.0; K]; MOST];
-    let mut least = [f64::INFINITY; K];
-    let mut own = [0.0; MOST];
-    let mut beside = [Vec3::zeros(); K];
-    let around = &mut beside[..near.len()];
-    around.iter_mut().zip(near).for_each(|(p, &j)| *p = points[j as usize]);
-    for (c, &l) in candidates.iter().enumerate() {
-        let r = ruler(l);
-        own[c] = r.distance(&points[i]).powi(2) * inverse;
-        r.distances(around, &mut sq[c]);
-        for (sq, least) in sq[c][..near.len()].iter_mut().zip(&mut least) {
-            *sq = sq.powi(2) * inverse;
-            *least = least.min(*sq);
+impl Energies {
+    /// Energies at point `i` of its own label and its neighbours', of those within reach of it.
+    ///
+    /// The neighbours' evidence is what places a smooth joint better than the point alone can: there each
+    /// tells the surfaces apart a little, and together they tell much. Two surfaces that join smoothly part with
+    /// the square of the way from the joint, on either side alike: the more of their points are asked, the
+    /// better, as long as they see one joint. So rings of neighbours are added until they tell enough.
+    pub fn at(of: &impl Labelling, i: u32) -> Self {
+        let near = of.neighbours(i);
+        let mut met = Met::of(of, i);
+        let mut asked = Asked::of(near);
+        let sharp = met.is_sharp(of, i, near);
+        let cut = if sharp { SHARP_CUT } else { SMOOTH_CUT };
+        met.ask(of, near, cut);
+        if !sharp && met.len > 1 {
+            for _ in 0..RINGS {
+                if met.margin() > ENOUGH {
+                    break;
+                }
+                let ring = asked.widen(of, i);
+                met.ask(of, ring, cut);
+            }
         }
+        met.energies()
     }
-    let sharp = is_sharp(points, i, near, candidates, &own, &ruler, inverse);
-    let cut = if sharp { SHARP_CUT } else { SMOOTH_CUT };
-    let mut m = 0;
-    for (c, &l) in candidates.iter().enumerate() {
-        if own[c] > ACCEPT * ACCEPT {
-            continue;
-        }
-        let around: f64 = (0..near.len()).map(|k| (sq[c][k] - least[k]).min(cut)).sum();
-        let others = near.iter().filter(|&&j| label(j) != l).count();
-        out[m] =
-            Energy { label: l, evidence: own[c] + around, against: DISAGREEMENT * others as f64 };
-        m += 1;
+
+    /// The labels and their costs.
+    pub fn iter(&self) -> impl Iterator<Item = &Energy> + Clone {
+        self.all[..self.len].iter()
     }
-    (out, m)
+
+    /// The label with the least energy, -1 where none lies within reach.
+    pub fn best(&self) -> i32 {
+        self.iter().min_by(|a, b| a.total().total_cmp(&b.total())).map_or(-1, |e| e.label)
+    }
 }
 
-/// Whether the two nearest candidate surfaces meet at an edge that single neighbours see: past it they
-/// part by more than the noise within the neighbourhood.
-fn is_sharp<'s>(
-    points: &[Vec3],
-    i: usize,
-    near: &[u32],
-    candidates: &[i32],
-    own: &[f64; MOST],
-    ruler: &impl Fn(i32) -> &'s Ruler,
-    inverse: f64,
-) -> bool {
-    let mut order: [usize; MOST] = std::array::from_fn(|c| c);
-    let m = candidates.len();
-    if m < 2 {
-        return false;
+/// The labels met at a point, and what was heard about each.
+struct Met {
+    len: usize,
+    labels: [i32; MOST],
+    /// Squared distance of the point from each surface, in sigmas.
+    own: [f64; MOST],
+    /// What the points asked add to it.
+    around: [f64; MOST],
+    /// How many of them have each label.
+    for_it: [u32; MOST],
+    asked: u32,
+}
+
+impl Met {
+    /// The distinct labels of a point and its neighbours, the point's own first.
+    fn of(of: &impl Labelling, i: u32) -> Self {
+        let (mut len, mut labels) = (0, [0; MOST]);
+        let near = of.neighbours(i).iter().map(|&j| of.label(j));
+        for l in std::iter::once(of.label(i)).chain(near) {
+            if l >= 0 && !labels[..len].contains(&l) {
+                labels[len] = l;
+                len += 1;
+            }
+        }
+        let mut own = [0.0; MOST];
+        own.iter_mut().zip(&labels[..len]).for_each(|(own, &l)| *own = of.sq(l, i));
+        Self { len, labels, own, around: [0.0; MOST], for_it: [0; MOST], asked: 0 }
     }
-    order[..m].sort_by(|&a, &b| own[a].total_cmp(&own[b]));
-    let Some(middle) = near.get(near.len() / 2) else { return false };
-    let sq_reach = (points[*middle as usize] - points[i]).norm_squared();
-    let [a, b] = [0, 1].map(|k| ruler(candidates[order[k]]).shape().offset(&points[i]).normal);
-    a.cross(&b).norm_squared() * sq_reach * inverse > ACCEPT * ACCEPT
+
+    /// Adds what points say, each at most `cut`.
+    fn ask(&mut self, of: &impl Labelling, points: &[u32], cut: f64) {
+        for points in points.chunks(K) {
+            self.ask_few(of, points, cut);
+        }
+    }
+
+    fn ask_few(&mut self, of: &impl Labelling, points: &[u32], cut: f64) {
+        let n = points.len();
+        let mut at = [Vec3::zeros(); K];
+        at.iter_mut().zip(points).for_each(|(p, &j)| *p = *of.point(j));
+        let mut sq = [[0.0; K]; MOST];
+        let mut least = [f64::INFINITY; K];
+        let inverse = of.inverse();
+        for (sq, &l) in sq.iter_mut().zip(&self.labels[..self.len]) {
+            of.ruler(l).distances(&at[..n], sq);
+            for (sq, least) in sq[..n].iter_mut().zip(&mut least) {
+                *sq = sq.powi(2) * inverse;
+                *least = least.min(*sq);
+            }
+        }
+        for c in 0..self.len {
+            self.around[c] +=
+                sq[c][..n].iter().zip(&least).map(|(sq, least)| (sq - least).min(cut)).sum::<f64>();
+            let l = self.labels[c];
+            self.for_it[c] += points.iter().filter(|&&j| of.label(j) == l).count() as u32;
+        }
+        self.asked += n as u32;
+    }
+
+    /// By how much the evidence for the best label exceeds that for the next.
+    fn margin(&self) -> f64 {
+        let mut best = [f64::INFINITY; 2];
+        for e in self.energies().iter().map(|e| e.evidence) {
+            best = if e < best[0] { [e, best[0]] } else { [best[0], best[1].min(e)] };
+        }
+        best[1] - best[0]
+    }
+
+    /// Of the labels within reach.
+    fn energies(&self) -> Energies {
+        let (mut all, mut len) = ([Energy::default(); MOST], 0);
+        for c in (0..self.len).filter(|&c| self.own[c] <= ACCEPT * ACCEPT) {
+            let others = (self.asked - self.for_it[c]) as f64;
+            let evidence = self.own[c] + self.around[c];
+            all[len] = Energy { label: self.labels[c], evidence, against: DISAGREEMENT * others };
+            len += 1;
+        }
+        Energies { all, len }
+    }
+
+    /// Whether the two nearest surfaces meet at an edge that single neighbours see: past it they
+    /// part by more than the noise within the neighbourhood.
+    fn is_sharp(&self, of: &impl Labelling, i: u32, near: &[u32]) -> bool {
+        let mut order: [usize; MOST] = std::array::from_fn(|c| c);
+        let order = &mut order[..self.len];
+        let (true, Some(&middle)) = (order.len() > 1, near.get(near.len() / 2)) else {
+            return false;
+        };
+        order.sort_by(|&a, &b| self.own[a].total_cmp(&self.own[b]));
+        let p = of.point(i);
+        let sq_reach = (of.point(middle) - p).norm_squared();
+        let [a, b] = [0, 1].map(|k| of.ruler(self.labels[order[k]]).shape().offset(p).normal);
+        a.cross(&b).norm_squared() * sq_reach * of.inverse() > ACCEPT * ACCEPT
+    }
+}
+
+/// The points asked about a point's label, ring after ring.
+struct Asked {
+    points: [u32; ASKED],
+    len: usize,
+    /// Where the last ring begins.
+    last: usize,
+}
+
+impl Asked {
+    fn of(near: &[u32]) -> Self {
+        let mut points = [0; ASKED];
+        points[..near.len()].copy_from_slice(near);
+        Self { points, len: near.len(), last: 0 }
+    }
+
+    /// Adds the neighbours of the last ring that are not yet among them, and returns these.
+    fn widen(&mut self, of: &impl Labelling, i: u32) -> &[u32] {
+        let from = std::mem::replace(&mut self.last, self.len);
+        for k in from..self.last {
+            for &j in of.neighbours(self.points[k]) {
+                if self.len < ASKED && j != i && !self.points[..self.len].contains(&j) {
+                    self.points[self.len] = j;
+                    self.len += 1;
+                }
+            }
+        }
+        &self.points[self.last..self.len]
+    }
 }
 
 /// Relabels points beside a boundary until none changes, at most `sweeps` times. Returns the changes
@@ -131,10 +278,11 @@ pub fn relabel(
     let n = scene.len();
     let rulers: Vec<Ruler> = shapes.iter().map(Ruler::of).collect();
     let frozen: &[i32] = labels;
+    let of = SceneLabels { scene, rulers: &rulers, labels: frozen, inverse };
     let mut active: Vec<u32> = (0..n as u32)
         .into_par_iter()
         .with_min_len(4096)
-        .filter(|&i| best_label(scene, &rulers, frozen, i as usize, inverse) != frozen[i as usize])
+        .filter(|&i| best_label(&of, i) != frozen[i as usize])
         .collect();
     let mut queued = vec![false; n];
     let mut changed = 0;
@@ -142,13 +290,12 @@ pub fn relabel(
         changed = 0;
         let mut next = Vec::new();
         for &i in &active {
-            let i = i as usize;
-            queued[i] = false;
-            let best = best_label(scene, &rulers, labels, i, inverse);
-            if best != labels[i] {
-                labels[i] = best;
+            queued[i as usize] = false;
+            let best = best_label(&SceneLabels { scene, rulers: &rulers, labels, inverse }, i);
+            if best != labels[i as usize] {
+                labels[i as usize] = best;
                 changed += 1;
-                next.push(i as u32);
+                next.push(i);
             }
         }
         if changed == 0 {
@@ -168,36 +315,15 @@ pub fn relabel(
     changed
 }
 
-fn best_label(scene: &Scene, rulers: &[Ruler], labels: &[i32], i: usize, inverse: f64) -> i32 {
-    let near = scene.neighbours(i);
-    let label = |j: u32| labels[j as usize];
-    let own = labels[i];
+/// The label with the least energy at a point; -1 where none lies within reach.
+pub fn best_label(of: &impl Labelling, i: u32) -> i32 {
+    let own = of.label(i);
     // Most points lie inside a region, with one candidate.
-    if own >= 0 && !near.iter().fold(false, |any, &j| any | (label(j) != own)) {
-        let sq = rulers[own as usize].distance(&scene.points[i]).powi(2) * inverse;
-        return if sq <= ACCEPT * ACCEPT { own } else { -1 };
+    let near = of.neighbours(i).iter();
+    if own >= 0 && !near.fold(false, |any, &j| any | (of.label(j) != own)) {
+        return if of.sq(own, i) <= ACCEPT * ACCEPT { own } else { -1 };
     }
-    let mut found = [0; MOST];
-    let m = candidates(own, near.iter().map(|&j| label(j)), &mut found);
-    best_of(&scene.points, i, near, &found[..m], |l| &rulers[l as usize], label, inverse)
-}
-
-/// The candidate with the least energy; -1 where none lies within reach.
-pub fn best_of<'s>(
-    points: &[Vec3],
-    i: usize,
-    near: &[u32],
-    candidates: &[i32],
-    ruler: impl Fn(i32) -> &'s Ruler,
-    label: impl Fn(u32) -> i32,
-    inverse: f64,
-) -> i32 {
-    if let [only] = *candidates {
-        let sq = ruler(only).distance(&points[i]).powi(2) * inverse;
-        return if sq <= ACCEPT * ACCEPT { only } else { -1 };
-    }
-    let (all, m) = energies(points, i, near, candidates, ruler, label, inverse);
-    all[..m].iter().min_by(|a, b| a.total().total_cmp(&b.total())).map_or(-1, |e| e.label)
+    Energies::at(of, i).best()
 }
 
 /// Points of each label, in scene order.

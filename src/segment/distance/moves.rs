@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::directions::{Directions, asked};
 use super::engine::{Model, borders, put_in, retain, take, take_core};
 use super::family::{Families, Scored};
-use super::label::{self, ACCEPT, MOST, best_of, members};
+use super::label::{ACCEPT, Energies, Labelling, members};
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
@@ -213,10 +213,35 @@ impl<'a> Place<'a> {
             self.slot[i as usize] = 0;
         }
     }
+}
 
-    fn label(&self, labels: &[i32], j: u32) -> i32 {
-        let s = self.slot[j as usize];
-        if s > 0 { labels[s as usize - 1] } else { self.labels[j as usize] }
+/// Labels of a place's points under another surface for its region.
+struct Tried<'a> {
+    place: &'a Place<'a>,
+    labels: &'a [i32],
+    ruler: &'a Ruler,
+}
+
+impl Labelling for Tried<'_> {
+    fn point(&self, i: u32) -> &Vec3 {
+        &self.place.scene.points[i as usize]
+    }
+
+    fn neighbours(&self, i: u32) -> &[u32] {
+        self.place.scene.neighbours(i as usize)
+    }
+
+    fn label(&self, i: u32) -> i32 {
+        let s = self.place.slot[i as usize];
+        if s > 0 { self.labels[s as usize - 1] } else { self.place.labels[i as usize] }
+    }
+
+    fn ruler(&self, label: i32) -> &Ruler {
+        if label == self.place.region { self.ruler } else { &self.place.rulers[label as usize] }
+    }
+
+    fn inverse(&self) -> f64 {
+        self.place.inverse
     }
 }
 
@@ -299,11 +324,7 @@ impl<'a> Trial<'a> {
             let sq = self.distances[k].powi(2) * place.inverse;
             if sq <= UNASSIGNED { old } else { -1 }
         } else {
-            let label = |j: u32| place.label(&self.labels, j);
-            let rulers = |l: i32| if l == place.region { ruler } else { &place.rulers[l as usize] };
-            let mut found = [0; MOST];
-            let m = label::candidates(old, near.iter().map(|&j| label(j)), &mut found);
-            best_of(&place.scene.points, i, near, &found[..m], rulers, label, place.inverse)
+            Energies::at(&Tried { place, labels: &self.labels, ruler }, i as u32).best()
         };
         if best == old {
             return false;

@@ -10,7 +10,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
 use super::engine::Model;
-use super::label::{ACCEPT, MOST, candidates, energies};
+use super::label::{ACCEPT, Energies, Labelling};
 use super::nearest::{Runs, Search};
 use super::scene::{K, Scene};
 use crate::fit::Ruler;
@@ -63,13 +63,26 @@ pub fn spread(
     let none: Vec<u32> = open.iter().flat_map(|o| o.none.iter().copied()).collect();
     second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
     monitor.check()?;
-    let shares = if model.form_error {
-        let sample = (scene, &model.labels[..]);
-        settle_by_sample(points, sample, &rulers, &several, &mut labels, inverse, monitor)
+    // With a form error the nearest points all tell the same: those of the sample are asked.
+    let near = if model.form_error {
+        for (k, &l) in model.labels.iter().enumerate() {
+            labels[super::place(k, scene.len(), points.len())] = l;
+        }
+        nearest_of_sample(points, scene, &several, monitor)
     } else {
-        settle_shared(points, &rulers, &several, &mut labels, inverse, monitor)
+        nearest(points, &several, monitor)
     };
+    let between =
+        Between { points, rulers: &rulers, labels: &labels, several: &several, near, inverse };
+    let placed = between.placed(monitor);
     monitor.check()?;
+    let mut shares = Vec::new();
+    for (&i, (l, share)) in several.iter().zip(placed) {
+        labels[i as usize] = l;
+        if share.len() > 1 {
+            shares.push((i, share));
+        }
+    }
     Ok(Labelled { labels, shares })
 }
 
@@ -259,18 +272,84 @@ fn second_look(
     }
 }
 
-/// Places the points near several surfaces by their own and their neighbours' evidence.
-fn settle_shared(
-    points: &[Vec3],
-    rulers: &[Ruler],
-    several: &[u32],
-    labels: &mut [i32],
+/// Points between surfaces, and the neighbours that they are placed by.
+struct Between<'a> {
+    points: &'a [Vec3],
+    rulers: &'a [Ruler],
+    /// The points' labels before.
+    labels: &'a [i32],
+    /// The points to place, ascending.
+    several: &'a [u32],
+    /// The neighbours of each.
+    near: Vec<Near>,
     inverse: f64,
-    monitor: &dyn Monitor,
-) -> Vec<Share> {
-    if several.is_empty() {
-        return Vec::new();
+}
+
+/// A point's nearest neighbours, nearest first.
+#[derive(Clone, Copy, Default)]
+struct Near {
+    places: [u32; K],
+    len: usize,
+}
+
+impl FromIterator<u32> for Near {
+    fn from_iter<I: IntoIterator<Item = u32>>(places: I) -> Self {
+        let mut out = Self::default();
+        for (to, place) in out.places.iter_mut().zip(places) {
+            *to = place;
+            out.len += 1;
+        }
+        out
     }
+}
+
+impl Labelling for Between<'_> {
+    fn point(&self, i: u32) -> &Vec3 {
+        &self.points[i as usize]
+    }
+
+    /// None of a point that is near one surface alone: there is nothing to ask around it.
+    fn neighbours(&self, i: u32) -> &[u32] {
+        let near = self.several.binary_search(&i).ok().and_then(|k| self.near.get(k));
+        near.map_or(&[], |near| &near.places[..near.len])
+    }
+
+    fn label(&self, i: u32) -> i32 {
+        self.labels[i as usize]
+    }
+
+    fn ruler(&self, label: i32) -> &Ruler {
+        &self.rulers[label as usize]
+    }
+
+    fn inverse(&self) -> f64 {
+        self.inverse
+    }
+}
+
+impl Between<'_> {
+    /// Each point's best label and its shares of several.
+    fn placed(&self, monitor: &dyn Monitor) -> Vec<(i32, Vec<(i32, f64)>)> {
+        self.several
+            .par_iter()
+            .with_min_len(128)
+            .with_max_len(WATCHED)
+            .map_init(
+                || monitor.cancelled(),
+                |cancelled, &i| {
+                    if *cancelled {
+                        return (-1, Vec::new());
+                    }
+                    let energies = Energies::at(self, i);
+                    (energies.best(), posterior(&energies))
+                },
+            )
+            .collect()
+    }
+}
+
+/// The neighbours of points between surfaces, among all points.
+fn nearest(points: &[Vec3], several: &[u32], monitor: &dyn Monitor) -> Vec<Near> {
     // Neighbours are looked for among the stretches of the order that hold such points, and some beyond.
     let mut beside = vec![false; points.len().div_ceil(REACH)];
     for &i in several {
@@ -282,68 +361,42 @@ fn settle_shared(
     let pool: Vec<u32> = (0..points.len() as u32).filter(|&i| beside[i as usize / REACH]).collect();
     let own: Vec<Vec3> = pool.iter().map(|&i| points[i as usize]).collect();
     let runs = Runs::of(&own);
-    let frozen: &[i32] = labels;
     let watched = || (!monitor.cancelled()).then(Search::default);
-    let placed: Vec<(i32, Vec<(i32, f64)>)> = several
+    several
         .par_iter()
         .with_min_len(128)
         .with_max_len(WATCHED)
         .map_init(watched, |search, &i| {
-            let Some(search) = search else { return (-1, Vec::new()) };
+            let Some(search) = search else { return Near::default() };
             let at = pool.partition_point(|&j| j < i);
-            let near = runs.nearest(at, search).0.map(|k| pool.get(k as usize).copied());
-            let near: Vec<u32> = near.into_iter().flatten().collect();
-            place(points, rulers, frozen, i, &near, inverse)
+            let near = runs.nearest(at, search).0;
+            near.iter().filter_map(|&k| pool.get(k as usize).copied()).collect()
         })
-        .collect();
-    put(several, placed, labels)
+        .collect()
 }
 
-/// Places the points near several surfaces by their own evidence and that of the sample's around them: with a
-/// form error the nearest points all tell the same.
-fn settle_by_sample(
+/// The neighbours of points between surfaces among those of the sample.
+fn nearest_of_sample(
     points: &[Vec3],
-    (scene, sample): (&Scene, &[i32]),
-    rulers: &[Ruler],
+    scene: &Scene,
     several: &[u32],
-    labels: &mut [i32],
-    inverse: f64,
     monitor: &dyn Monitor,
-) -> Vec<Share> {
+) -> Vec<Near> {
     let (Some(tree), Some(k)) = (tree(scene), NonZero::new(K)) else { return Vec::new() };
-    let (n, m) = (points.len(), scene.len());
-    for (k, &l) in sample.iter().enumerate() {
-        labels[super::place(k, m, n)] = l;
-    }
-    let frozen: &[i32] = labels;
+    let place_of = |k: u32| super::place(k as usize, scene.len(), points.len()) as u32;
     let watched = || (!monitor.cancelled()).then_some(&tree);
-    let placed: Vec<(i32, Vec<(i32, f64)>)> = several
+    several
         .par_iter()
         .with_min_len(128)
         .with_max_len(WATCHED)
         .map_init(watched, |tree, &i| {
-            let Some(tree) = tree else { return (-1, Vec::new()) };
+            let Some(tree) = tree else { return Near::default() };
             let p = &points[i as usize];
             let found =
                 tree.query(&[p.x, p.y, p.z]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
-            let place_of = |k: usize| super::place(k, m, n) as u32;
-            let near: Vec<u32> = found.iter().map(|f| place_of(f.item as usize)).collect();
-            place(points, rulers, frozen, i, &near, inverse)
+            found.iter().map(|f| place_of(f.item)).collect()
         })
-        .collect();
-    put(several, placed, labels)
-}
-
-/// Gives points their labels. Returns those that count for several surfaces.
-fn put(several: &[u32], placed: Vec<(i32, Vec<(i32, f64)>)>, labels: &mut [i32]) -> Vec<Share> {
-    let mut shares = Vec::new();
-    for (&i, (l, share)) in several.iter().zip(placed) {
-        labels[i as usize] = l;
-        if share.len() > 1 {
-            shares.push((i, share));
-        }
-    }
-    shares
+        .collect()
 }
 
 /// Points between surfaces that are placed between two looks at whether the work was cancelled.
@@ -352,29 +405,10 @@ const WATCHED: usize = 1024;
 /// Points of the order between two marks of where neighbours are looked for.
 const REACH: usize = 64;
 
-fn place(
-    points: &[Vec3],
-    rulers: &[Ruler],
-    labels: &[i32],
-    i: u32,
-    near: &[u32],
-    inverse: f64,
-) -> (i32, Vec<(i32, f64)>) {
-    let own = labels[i as usize];
-    let label = |j: u32| labels[j as usize];
-    let mut found = [0; MOST];
-    let m = candidates(own, near.iter().map(|&j| label(j)), &mut found);
-    let ruler = |l: i32| &rulers[l as usize];
-    let (all, m) = energies(points, i as usize, near, &found[..m], ruler, label, inverse);
-    let best = all[..m].iter().min_by(|a, b| a.total().total_cmp(&b.total()));
-    let share = posterior(all[..m].iter().map(|e| (e.label, e.evidence)));
-    (best.map_or(own, |e| e.label), share)
-}
-
 /// Shares of the labels from their energies, those above 1 %.
-pub fn posterior(energies: impl Iterator<Item = (i32, f64)> + Clone) -> Vec<(i32, f64)> {
-    let least = energies.clone().map(|e| e.1).fold(f64::INFINITY, f64::min);
-    let weighed: Vec<(i32, f64)> = energies.map(|(l, e)| (l, (-0.5 * (e - least)).exp())).collect();
-    let total: f64 = weighed.iter().map(|w| w.1).sum();
-    weighed.into_iter().map(|(l, w)| (l, w / total)).filter(|w| w.1 > 0.01).collect()
+pub fn posterior(energies: &Energies) -> Vec<(i32, f64)> {
+    let least = energies.iter().map(|e| e.evidence).fold(f64::INFINITY, f64::min);
+    let weighed = energies.iter().map(|e| (e.label, (-0.5 * (e.evidence - least)).exp()));
+    let total: f64 = weighed.clone().map(|w| w.1).sum();
+    weighed.map(|(l, w)| (l, w / total)).filter(|w| w.1 > 0.01).collect()
 }
