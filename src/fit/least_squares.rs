@@ -54,12 +54,19 @@ pub fn squares(shape: &Shape, points: &Columns) -> f64 {
     cost(&shape.translated(&-points.origin), points, Loss::Squares)
 }
 
+/// Damping of the first steps: next to none. Shallow caps and short arcs say so much less about some combination of
+/// the degrees of freedom than about each that any more would hold it fast.
+const LEAST_DAMPING: f64 = 1e-12;
+/// Damping once a step has failed, and beyond which no step will do.
+const FIRST_DAMPING: f64 = 1e-3;
+const MOST_DAMPING: f64 = 1e8;
+
 /// Steps from `start` while the cost falls; the best shape and its cost. The points' centroid is zero.
 fn descend(start: &Shape, points: &Columns, loss: Loss, o: &Options) -> (Shape, f64) {
     let mut shape = start.recentred(&Vec3::zeros());
     let mut here = linearise(&shape, points, loss);
     let moments = Moments(points.products());
-    let mut damping = 1e-3;
+    let mut damping = LEAST_DAMPING;
     for step in 1..=o.steps {
         let next =
             here.normal.damped_step(&shape, damping, &moments).map(|s| s.recentred(&Vec3::zeros()));
@@ -77,13 +84,13 @@ fn descend(start: &Shape, points: &Columns, loss: Loss, o: &Options) -> (Shape, 
         {
             let gain = (here.cost - there.cost) / here.cost.max(1e-300);
             (shape, here) = (next, there);
-            damping = (damping * 0.1).max(1e-12);
+            damping = (damping * 0.1).max(LEAST_DAMPING);
             if gain < o.tolerance {
                 break;
             }
         } else {
-            damping *= 8.0;
-            if damping > 1e8 {
+            damping = (damping * 8.0).max(FIRST_DAMPING);
+            if damping > MOST_DAMPING {
                 break;
             }
         }

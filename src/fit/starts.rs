@@ -1,6 +1,6 @@
 //! Starts for the orthogonal fits: every family from points and unsigned normals, without iteration.
 //!
-//! Sources: Kasa's circle, Fitzgibbon's ellipse in Halir's reduced form, Taubin's quadric, Li and
+//! Sources: Taubin's circle, sphere and quadric, Fitzgibbon's ellipse in Halir's reduced form, Li and
 //! Griffiths' ellipsoid (k = 4), the linear complex of the normals for a surface of revolution.
 
 use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen, Vector2};
@@ -76,41 +76,39 @@ pub fn plane(points: &[Vec3]) -> Option<Shape> {
     Some(Shape::with_axis(Family::Plane, mean, v[0], [0.0; 3]))
 }
 
-/// Kasa's algebraic sphere.
+/// Taubin's algebraic sphere; Kasa's closes a shallow cap whose noise comes to a good part of its height.
 pub fn sphere(points: &[Vec3]) -> Option<Shape> {
     let s = Scaled::of(points);
-    let mut a = nalgebra::Matrix4::zeros();
-    let mut b = nalgebra::Vector4::zeros();
-    for p in points {
-        let q = s.to(p);
-        let f = nalgebra::Vector4::new(q.x, q.y, q.z, 1.0);
-        a += f * f.transpose();
-        b += f * q.norm_squared();
-    }
-    let x = a.cholesky()?.solve(&b);
-    let c = Vec3::new(x[0], x[1], x[2]) / 2.0;
-    let r = (x[3] + c.norm_squared()).max(0.0).sqrt();
-    Some(Shape::with_axis(
-        Family::Sphere,
-        s.centroid + c * s.scale,
-        Vec3::z(),
-        [r * s.scale, 0.0, 0.0],
-    ))
-    .filter(Shape::is_proper)
+    let (c, r) = round::<3, 4>(points.iter().map(|p| s.to(p)))?;
+    let origin = s.centroid + c * s.scale;
+    let shape = Shape::with_axis(Family::Sphere, origin, Vec3::z(), [r * s.scale, 0.0, 0.0]);
+    shape.is_proper().then_some(shape)
 }
 
-/// Kasa's algebraic circle: centre and radius.
-fn circle(points: &[Vector2<f64>]) -> Option<(Vector2<f64>, f64)> {
-    let mut a = Mat3::zeros();
-    let mut b = Vec3::zeros();
+/// Centre and radius of the circle (D = 2) or sphere (D = 3) a |q|2 + b.q + c = 0 that minimises the sum of squares
+/// over that of its gradients' squares (Taubin 1991); E = D + 1.
+fn round<const D: usize, const E: usize>(
+    points: impl Iterator<Item = SVector<f64, D>> + Clone,
+) -> Option<(SVector<f64, D>, f64)> {
+    let n = points.clone().count() as f64;
+    let mean = points.clone().sum::<SVector<f64, D>>() / n;
+    let sq_mean = points.clone().map(|q| (q - mean).norm_squared()).sum::<f64>() / n;
+    let unit = 2.0 * sq_mean.sqrt();
+    let mut m = SMatrix::<f64, E, E>::zeros();
     for q in points {
-        let f = Vec3::new(q.x, q.y, 1.0);
-        a += f * f.transpose();
-        b += f * q.norm_squared();
+        let q = q - mean;
+        let f = SVector::<f64, E>::from_fn(|i, _| {
+            if i < D { q[i] } else { (q.norm_squared() - sq_mean) / unit }
+        });
+        m += f * f.transpose();
     }
-    let x = a.cholesky()?.solve(&b);
-    let c = Vector2::new(x[0], x[1]) / 2.0;
-    Some((c, (x[2] + c.norm_squared()).max(0.0).sqrt()))
+    let dynamic = nalgebra::DMatrix::from_fn(E, E, |i, j| m[(i, j)]);
+    let e = dynamic.symmetric_eigen();
+    let least = e.eigenvectors.column(e.eigenvalues.imin());
+    let a = least[D] / unit;
+    let centre = SVector::<f64, D>::from_fn(|i, _| -0.5 * least[i] / a);
+    let radius = (sq_mean + centre.norm_squared()).sqrt();
+    radius.is_finite().then(|| (mean + centre, radius))
 }
 
 /// The direct ellipse: centre, unit directions, semi-axes.
@@ -161,7 +159,7 @@ pub fn cylinder(points: &[Vec3], w: &Vec3) -> Option<Shape> {
     let (u, v) = perpendicular_frame(w);
     let flat: Vec<_> =
         points.iter().map(|p| s.to(p)).map(|q| Vector2::new(q.dot(&u), q.dot(&v))).collect();
-    let (c, r) = circle(&flat)?;
+    let (c, r) = round::<2, 3>(flat.iter().copied())?;
     let origin = s.centroid + (u * c.x + v * c.y) * s.scale;
     Some(Shape::with_axis(Family::Cylinder, origin, *w, [r * s.scale, 0.0, 0.0]))
         .filter(Shape::is_proper)
@@ -256,7 +254,7 @@ fn torus_about(s: &Scaled, points: &[Vec3], complex: &SVector<f64, 6>) -> Option
             Vector2::new((q - h * w).norm(), h)
         })
         .collect();
-    let (c, r) = circle(&flat)?;
+    let (c, r) = round::<2, 3>(flat.iter().copied())?;
     let origin = s.centroid + (foot + w * c.y) * s.scale;
     let shape = Shape::with_axis(Family::Torus, origin, w, [c.x * s.scale, r * s.scale, 0.0]);
     (shape.is_proper() && c.x < 1e3 && r < 1e3).then_some(shape)

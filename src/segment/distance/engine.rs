@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::adopt::adopt;
 use super::bridges::break_bridges;
-use super::family::{Families, Policy};
+use super::family::{Families, MOST_RADIUS, Policy};
 use super::form;
 use super::hypothesis::{Hypothesis, correlated, correlation, is_parabolic};
 use super::label::{members, relabel};
@@ -285,6 +286,9 @@ pub fn discover(
         }
         let last = pass + 1 == PASSES;
         drop_unsound(scene, &mut model, families.sigma, last);
+        if families.policy.merge {
+            adopt(scene, &mut model, families.sigma);
+        }
         tighten(scene, &model, families);
     }
     Ok(model)
@@ -455,7 +459,7 @@ pub fn holds_surface(
     let families = Families {
         allowed: Family::ALL.to_vec(),
         sigma,
-        max_radius: 20.0 * extent,
+        max_radius: MOST_RADIUS * extent,
         floor: sigma,
         strips: false,
         policy: Policy::of(parameters),

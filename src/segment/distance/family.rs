@@ -27,6 +27,13 @@ const PROMISING: usize = 2;
 /// A gain in BIC that is not worth growing on for.
 const LITTLE: f64 = 4.0;
 
+/// Largest radius, in extents of the scene: the sagitta of a face this much narrower than its radius is still seen
+/// through the noise of many points.
+pub const MOST_RADIUS: f64 = 1000.0;
+
+/// Least radius of a torus about its axis, over that of its tube: below that a sphere is meant.
+const LEAST_TORUS: f64 = 0.02;
+
 /// What may be fitted, and how exact the points are.
 #[derive(Clone, Debug)]
 pub struct Families {
@@ -83,7 +90,8 @@ impl Families {
         s.min_radius() < 6.0 * self.sigma
             || s.max_radius() > self.max_radius
             || (s.family == Family::Cone && s.size[1].abs() < 1e-4)
-            || (s.family == Family::Torus && s.size[0] < 6.0 * self.sigma)
+            || (s.family == Family::Torus
+                && s.size[0] < (6.0 * self.sigma).max(LEAST_TORUS * s.size[1]))
     }
 
     /// Scores a shape on points.

@@ -1,6 +1,7 @@
 //! The default method: hypotheses grown from local starts, chosen by description length, relabelled
 //! together, typed and fitted by orthogonal distance.
 
+mod adopt;
 mod bridges;
 mod constraints;
 mod directions;
@@ -32,7 +33,7 @@ mod union;
 use rayon::prelude::*;
 
 use engine::Model;
-use family::{Families, Policy};
+use family::{Families, MOST_RADIUS, Policy};
 use scene::{Scene, morton_order};
 
 use super::{Cancelled, Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
@@ -239,7 +240,7 @@ fn discover(
     let mut families = Families {
         allowed: Family::ALL.to_vec(),
         sigma,
-        max_radius: 20.0 * extent,
+        max_radius: MOST_RADIUS * extent,
         floor,
         strips: bare_noise.is_none(),
         policy: Policy::of(parameters),
