@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::adopt::adopt;
 use super::bridges::break_bridges;
+use super::compounds::split_compounds;
 use super::family::{Families, MOST_RADIUS, Policy};
 use super::form;
 use super::hypothesis::{Hypothesis, correlated, correlation, is_parabolic};
@@ -406,7 +407,9 @@ fn converge(
         monitor.check()?;
         let swapped = swap_families(scene, model, families);
         monitor.check()?;
-        let broken = break_bridges(scene, model, families) + split_steps(scene, model, families);
+        let broken = break_bridges(scene, model, families)
+            + split_steps(scene, model, families)
+            + split_compounds(scene, model, families);
         model.merges += merge(scene, model, families);
         settle(scene, model, families.sigma, 8);
         if gone + swapped + broken == 0 {

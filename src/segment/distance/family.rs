@@ -31,6 +31,9 @@ const LITTLE: f64 = 4.0;
 /// through the noise of many points.
 pub const MOST_RADIUS: f64 = 1000.0;
 
+/// The same where surfaces have a form error, which bends what is straight that much.
+pub const MOST_RADIUS_OF_FORM: f64 = 20.0;
+
 /// Least radius of a torus about its axis, over that of its tube: below that a sphere is meant.
 const LEAST_TORUS: f64 = 0.02;
 

@@ -3,6 +3,7 @@
 
 mod adopt;
 mod bridges;
+mod compounds;
 mod constraints;
 mod directions;
 mod engine;
@@ -33,7 +34,7 @@ mod union;
 use rayon::prelude::*;
 
 use engine::Model;
-use family::{Families, MOST_RADIUS, Policy};
+use family::{Families, MOST_RADIUS, MOST_RADIUS_OF_FORM, Policy};
 use scene::{Scene, morton_order};
 
 use super::{Cancelled, Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
@@ -240,7 +241,7 @@ fn discover(
     let mut families = Families {
         allowed: Family::ALL.to_vec(),
         sigma,
-        max_radius: MOST_RADIUS * extent,
+        max_radius: extent * if bare_noise.is_some() { MOST_RADIUS_OF_FORM } else { MOST_RADIUS },
         floor,
         strips: bare_noise.is_none(),
         policy: Policy::of(parameters),
