@@ -190,7 +190,9 @@ impl From<FormatError> for ServiceError {
     fn from(error: FormatError) -> Self {
         let kind = match &error {
             FormatError::Empty => ErrorKind::EmptyBody,
-            FormatError::Unknown { .. } => ErrorKind::UnknownFormat,
+            FormatError::Unknown { .. } | FormatError::Compressed { .. } => {
+                ErrorKind::UnknownFormat
+            }
             FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
             FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
             FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,
