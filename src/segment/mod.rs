@@ -16,4 +16,5 @@ pub use parameters::{
 pub use pipeline::{SegmentError, segment};
 pub use report::{
     Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Segmentation, Unassigned,
+    Uncertainty,
 };
