@@ -215,6 +215,11 @@ impl Upload {
         Ok(())
     }
 
+    /// The bytes that have come.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// The share of the budget its bytes hold.
     pub fn held(&self) -> &BytesHeld {
         &self.held
