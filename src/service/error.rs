@@ -252,8 +252,7 @@ impl From<Stop> for ServiceError {
             Stop::Cancelled => Self::new(ErrorKind::Cancelled, "the work was cancelled"),
             Stop::Deadline => Self::new(
                 ErrorKind::DeadlineExceeded,
-                "the work took longer than its deadline: raise deadline, thin out the cloud, or \
-                 submit it as a job",
+                "the work took longer than its deadline: raise deadline, or thin out the cloud",
             ),
         }
     }

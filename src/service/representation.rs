@@ -45,6 +45,22 @@ impl Representation {
         }
     }
 
+    /// The ending of its files, and its name on the command line.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Json => "json",
+            Self::Protobuf => "pb",
+            Self::Npy => "npy",
+            Self::Ply => "ply",
+            Self::Csv => "csv",
+        }
+    }
+
+    /// The form whose files end so, in any case.
+    pub fn from_extension(extension: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|form| form.extension().eq_ignore_ascii_case(extension))
+    }
+
     /// What it holds, for the reference.
     pub fn help(self) -> &'static str {
         match self {
