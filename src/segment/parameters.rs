@@ -143,7 +143,7 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         kind: ParameterKind::Choice(&["distance", "rcond"]),
         unit: None,
         default: Some("distance"),
-        help: "distance: every surface and boundary by orthogonal distance. rcond: the seed's growth on the scatter matrix's condition. Neither looks at parameters of the other alone",
+        help: "distance: every surface and boundary by orthogonal distance. rcond: the seed's growth on the scatter matrix's condition. A parameter that is one method's only is not looked at by the other",
     },
     ParameterSpec {
         name: "tolerance",
