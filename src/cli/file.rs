@@ -1,7 +1,9 @@
 use std::{collections::BTreeMap, ffi::OsString, fs};
 
-use clap::{Arg, Command};
+use clap::{Arg, ArgMatches, Command};
 use toml::Value;
+
+use super::AnyError;
 
 /// Why a settings file is not used.
 #[derive(Debug, thiserror::Error)]
@@ -30,20 +32,40 @@ pub enum FileError {
         /// The name.
         name: String,
     },
+    /// A value of it is not one its setting takes.
+    #[error("the settings file {path}: {error}")]
+    Value {
+        /// The file.
+        path: String,
+        /// Which one, and why.
+        error: String,
+    },
 }
 
-/// `command` with the values of the settings file, which `args` or the environment name, in place of
-/// the built-in defaults; flags and environment still come first.
+/// What `args` say to `command`, with the values of the settings file that they or the environment name
+/// in place of the built-in defaults; flags and environment still come first.
 ///
 /// # Errors
-/// The file cannot be read, is not TOML, or names something that is no setting.
-pub fn with_settings_file(command: Command, args: &[OsString]) -> Result<Command, FileError> {
-    let found = command.clone().ignore_errors(true).try_get_matches_from(args).ok();
-    let path = found.and_then(|matches| {
-        let inner = matches.subcommand_matches("serve").unwrap_or(&matches);
-        inner.try_get_one::<String>("config").ok().flatten().cloned()
-    });
-    let Some(path) = path else { return Ok(command) };
+/// A flag or a variable is wrong, or the file cannot be read, is not TOML, or names something that is no
+/// setting or gives it a wrong value.
+pub fn matches(command: Command, args: &[OsString]) -> Result<ArgMatches, AnyError> {
+    // what is wrong without the file is not the file's fault
+    let found = command.clone().try_get_matches_from(args)?;
+    let inner = found.subcommand_matches("serve").unwrap_or(&found);
+    let Some(path) = inner.try_get_one::<String>("config").ok().flatten().cloned() else {
+        return Ok(found);
+    };
+    let command = with_values(command, &path)?;
+    command.try_get_matches_from(args).map_err(|error| {
+        let told = error.to_string();
+        let told = told.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        FileError::Value { path, error: told.to_owned() }.into()
+    })
+}
+
+/// `command` with the values of the file at `path` as its defaults.
+fn with_values(command: Command, path: &str) -> Result<Command, FileError> {
+    let path = path.to_owned();
     let text =
         fs::read_to_string(&path).map_err(|error| FileError::Read { path: path.clone(), error })?;
     let values: BTreeMap<String, Value> = toml::from_str(&text)

@@ -1,5 +1,5 @@
 use std::{
-    io::{Read, Write},
+    io::{self, Read, Write},
     net::{SocketAddr, TcpStream},
     time::Duration,
 };
@@ -24,11 +24,18 @@ pub fn run(args: &HealthArgs) -> Result<(), AnyError> {
     if address.ip().is_unspecified() {
         address.set_ip(std::net::Ipv4Addr::LOCALHOST.into());
     }
+    let answer = ask(address).map_err(|error| {
+        format!("no service answers at {address}: {error}; --admin names its operators' listener")
+    })?;
+    let head = answer.lines().next().unwrap_or_default();
+    if head.contains(" 200 ") { Ok(()) } else { Err(format!("not ready: {head}").into()) }
+}
+
+fn ask(address: SocketAddr) -> io::Result<String> {
     let mut stream = TcpStream::connect_timeout(&address, TIMEOUT)?;
     stream.set_read_timeout(Some(TIMEOUT))?;
     write!(stream, "GET /readyz HTTP/1.1\r\nHost: conicoid\r\nConnection: close\r\n\r\n")?;
     let mut answer = String::new();
     stream.read_to_string(&mut answer)?;
-    let head = answer.lines().next().unwrap_or_default();
-    if head.contains(" 200 ") { Ok(()) } else { Err(format!("not ready: {head}").into()) }
+    Ok(answer)
 }

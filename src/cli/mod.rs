@@ -44,7 +44,7 @@ struct Cli {
 enum Command {
     /// Start the service (also the default without a command)
     Serve(Box<Settings>),
-    /// Segment one file and write the result as JSON
+    /// Segment one file and write the result
     Segment(Box<segment::SegmentArgs>),
     /// Print the OpenAPI document of the HTTP interface
     Openapi,
@@ -68,8 +68,7 @@ pub fn settings(args: &[OsString]) -> Result<Settings, Box<dyn std::error::Error
 }
 
 fn parse(args: &[OsString]) -> Result<Cli, AnyError> {
-    let command = file::with_settings_file(Cli::command(), args)?;
-    Ok(Cli::from_arg_matches(&command.try_get_matches_from(args)?)?)
+    Ok(Cli::from_arg_matches(&file::matches(Cli::command(), args)?)?)
 }
 
 /// Runs the command line of this process.

@@ -1,6 +1,6 @@
 use std::{
-    fs::{self, File},
-    io::{self, BufWriter, IsTerminal, Read, Write},
+    fs,
+    io::{self, IsTerminal, Read, Write},
     num::NonZeroUsize,
     path::{Path, PathBuf},
     sync::Arc,
@@ -8,16 +8,18 @@ use std::{
 };
 
 use clap::{
-    Arg, ArgMatches, Args, Command, FromArgMatches, builder::PossibleValuesParser, error::ErrorKind,
+    Arg, ArgMatches, Args, Command, FromArgMatches,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+    error::ErrorKind,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::AnyError;
+use super::{AnyError, settings::number_above_zero};
 use crate::{
     formats::{Format, Limits},
     jobs::Control,
     segment::{ParameterKind, ParameterSpec},
-    service::{Document, Request, compute, specs},
+    service::{Answer, Representation, Request, compute, specs},
 };
 
 /// One file and what to do with it.
@@ -28,8 +30,12 @@ pub struct SegmentArgs {
     /// Where the result goes; standard output when absent or `-`
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Form of the result; the ending of the output's name tells it when absent, and JSON is what is
+    /// written where that is none of these
+    #[arg(long, value_name = "FORM", value_parser = forms())]
+    output_format: Option<Representation>,
     /// Threads; one a processor when absent
-    #[arg(long, env = "CONICOID_THREADS", value_name = "N")]
+    #[arg(long, env = "CONICOID_THREADS", value_name = "N", value_parser = number_above_zero)]
     threads: Option<NonZeroUsize>,
     /// Most points of the cloud
     #[arg(long, env = "CONICOID_MAX_POINTS", default_value_t = u32::MAX as usize, value_name = "N")]
@@ -66,10 +72,24 @@ fn flag(spec: &'static ParameterSpec) -> Arg {
         .value_name(spec.unit.unwrap_or("VALUE").to_ascii_uppercase())
         .allow_hyphen_values(true);
     match spec.kind {
+        _ if spec.name == "format" => arg.value_parser(formats()).ignore_case(true),
         ParameterKind::Choice(words) => arg.value_parser(PossibleValuesParser::new(words)),
         ParameterKind::Boolean => arg.num_args(0..=1).default_missing_value("true"),
         _ => arg,
     }
+}
+
+/// The formats of clouds, each by any of its endings.
+fn formats() -> PossibleValuesParser {
+    let value = |format: Format| PossibleValue::new(format.name()).aliases(format.extensions());
+    Format::ALL.map(value).into()
+}
+
+/// The forms of a result, with what each holds.
+fn forms() -> impl TypedValueParser<Value = Representation> {
+    let value = |form: &Representation| PossibleValue::new(form.extension()).help(form.help());
+    PossibleValuesParser::new(Representation::ALL.iter().map(value))
+        .map(|name| Representation::from_extension(&name).unwrap_or(Representation::Json))
 }
 
 impl FromArgMatches for RequestArgs {
@@ -100,9 +120,17 @@ pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
         let extension = args.cloud.extension().and_then(|e| e.to_str());
         request.set_format(extension.and_then(Format::from_extension));
     }
+    let output = args.output.as_deref().filter(|path| !is_dash(path));
+    let ending = output.and_then(|path| path.extension()?.to_str());
+    let form = args.output_format.or_else(|| Representation::from_extension(ending?));
+    let form = form.unwrap_or(Representation::Json);
     let bytes = read(&args.cloud)?;
-    let document = segment(&bytes, &request, args.max_points)?;
-    write(args.output.as_deref(), &document.shown(request.labels))
+    let answer = segment(&bytes, &request, args.max_points)?;
+    let mut result = form.render(answer, request.labels)?;
+    if form == Representation::Json {
+        result.push(b'\n');
+    }
+    write(output, &result)
 }
 
 fn is_dash(path: &Path) -> bool {
@@ -118,7 +146,7 @@ fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
     fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()).into())
 }
 
-fn segment(bytes: &[u8], request: &Request, max_points: usize) -> Result<Document, AnyError> {
+fn segment(bytes: &[u8], request: &Request, max_points: usize) -> Result<Answer, AnyError> {
     let deadline = request.deadline.map(|limit| std::time::Instant::now() + limit);
     let control = Control::new(deadline);
     let bar = io::stderr().is_terminal().then(|| show_progress(&control));
@@ -126,7 +154,7 @@ fn segment(bytes: &[u8], request: &Request, max_points: usize) -> Result<Documen
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    Ok(done?.document)
+    Ok(done?)
 }
 
 /// A bar on the terminal that follows the run from a thread of its own.
@@ -147,20 +175,7 @@ fn show_progress(control: &Arc<Control>) -> ProgressBar {
     bar
 }
 
-fn write(path: Option<&Path>, document: &Document) -> Result<(), AnyError> {
-    match path.filter(|path| !is_dash(path)) {
-        None => write_to(io::stdout().lock(), document),
-        Some(path) => {
-            let file = File::create(path);
-            let file = file.map_err(|e| format!("cannot write {}: {e}", path.display()))?;
-            write_to(file, document)
-        }
-    }
-}
-
-fn write_to(to: impl Write, document: &Document) -> Result<(), AnyError> {
-    let mut buffered = BufWriter::with_capacity(1 << 20, to);
-    serde_json::to_writer(&mut buffered, document)?;
-    buffered.write_all(b"\n")?;
-    Ok(buffered.flush()?)
+fn write(path: Option<&Path>, result: &[u8]) -> Result<(), AnyError> {
+    let Some(path) = path else { return Ok(io::stdout().lock().write_all(result)?) };
+    fs::write(path, result).map_err(|e| format!("cannot write {}: {e}", path.display()).into())
 }

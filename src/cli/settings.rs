@@ -1,6 +1,6 @@
 use std::{net::SocketAddr, num::NonZeroUsize, path::PathBuf, time::Duration};
 
-use axum::http::HeaderValue;
+use axum::http::{HeaderValue, Uri};
 
 use clap::{ArgAction, Args, ValueEnum};
 
@@ -52,8 +52,15 @@ pub struct Settings {
     /// Authority that client certificates must come from, in PEM; none are asked for when absent
     #[arg(long, env = "CONICOID_CLIENT_CA", value_name = "FILE")]
     pub client_ca: Option<PathBuf>,
-    /// Origins whose web pages may call, separated by commas; none when absent
-    #[arg(long, env = "CONICOID_CORS_ORIGINS", value_name = "ORIGINS", value_delimiter = ',')]
+    /// Origins whose web pages may call, such as https://viewer.example, separated by commas; none when
+    /// absent
+    #[arg(
+        long,
+        env = "CONICOID_CORS_ORIGINS",
+        value_name = "ORIGINS",
+        value_delimiter = ',',
+        value_parser = origin
+    )]
     pub cors_origins: Vec<HeaderValue>,
 
     /// Directory where jobs and their results outlive the process; in memory when absent
@@ -81,10 +88,16 @@ pub struct Settings {
     pub result_bytes: u64,
 
     /// Threads that segment; one a processor when absent
-    #[arg(long, env = "CONICOID_THREADS", value_name = "N")]
+    #[arg(long, env = "CONICOID_THREADS", value_name = "N", value_parser = number_above_zero)]
     pub threads: Option<NonZeroUsize>,
     /// Requests and jobs that may wait for their turn
-    #[arg(long, env = "CONICOID_QUEUE", default_value = "64", value_name = "N")]
+    #[arg(
+        long,
+        env = "CONICOID_QUEUE",
+        default_value = "64",
+        value_name = "N",
+        value_parser = number_above_zero
+    )]
     pub queue: NonZeroUsize,
     /// Inputs up to this size run side by side, larger ones one by one on all threads
     #[arg(long, env = "CONICOID_SMALL_BYTES", default_value_t = 4 << 20, value_name = "BYTES")]
@@ -92,7 +105,13 @@ pub struct Settings {
 
     /// Connections of callers that are served at one time, over both interfaces; more wait until one
     /// ends
-    #[arg(long, env = "CONICOID_MAX_CONNECTIONS", default_value = "1000", value_name = "N")]
+    #[arg(
+        long,
+        env = "CONICOID_MAX_CONNECTIONS",
+        default_value = "1000",
+        value_name = "N",
+        value_parser = number_above_zero
+    )]
     pub max_connections: NonZeroUsize,
     /// Longest body of a request, after decompression
     #[arg(long, env = "CONICOID_MAX_BODY_BYTES", default_value_t = 512 << 20, value_name = "BYTES")]
@@ -152,7 +171,7 @@ pub struct Settings {
     pub log_format: LogFormat,
     /// Collector that traces are sent to by OTLP over gRPC, such as http://127.0.0.1:4317; no traces
     /// are made when absent
-    #[arg(long, env = "CONICOID_OTLP_ENDPOINT", value_name = "URL")]
+    #[arg(long, env = "CONICOID_OTLP_ENDPOINT", value_name = "URL", value_parser = endpoint)]
     pub otlp_endpoint: Option<String>,
     /// Share of the requests that are traced, 0 to 1; those whose caller traces them always are
     #[arg(
@@ -182,6 +201,32 @@ fn seconds(text: &str) -> Result<Duration, String> {
 fn share(text: &str) -> Result<f64, String> {
     let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
     share.ok_or_else(|| "not a number from 0 to 1".to_owned())
+}
+
+/// A count of which there must be one at least.
+pub fn number_above_zero(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "not a whole number above 0".to_owned())
+}
+
+/// `http` or `https`, and a host; with a path where there is one.
+fn is_web(uri: &Uri) -> bool {
+    matches!(uri.scheme_str(), Some("http" | "https")) && uri.host().is_some_and(|h| !h.is_empty())
+}
+
+/// An origin as browsers send it: one that is written in another way would never match.
+fn origin(text: &str) -> Result<HeaderValue, String> {
+    let uri = text.parse::<Uri>().ok().filter(|uri| {
+        let host = uri.authority().map(|a| a.as_str()).unwrap_or_default();
+        is_web(uri) && text == format!("{}://{host}", uri.scheme_str().unwrap_or_default())
+    });
+    let value = uri.and_then(|_| HeaderValue::from_str(text).ok());
+    value.ok_or_else(|| "not an origin, such as https://viewer.example".to_owned())
+}
+
+fn endpoint(text: &str) -> Result<String, String> {
+    let uri = text.parse::<Uri>().ok().filter(is_web);
+    uri.map(|_| text.to_owned())
+        .ok_or_else(|| "not a URL, such as http://127.0.0.1:4317".to_owned())
 }
 
 impl Settings {

@@ -15,6 +15,15 @@ pub enum FormatError {
         /// The first bytes, made printable.
         start: String,
     },
+    /// The bytes are those of a compressed file or an archive.
+    #[error(
+        "the bytes are compressed ({with}): unpack them, or send them over HTTP with a \
+         Content-Encoding of gzip or zstd"
+    )]
+    Compressed {
+        /// By what.
+        with: &'static str,
+    },
     /// The header is not what the format prescribes.
     #[error("the {format} header is wrong at line {line}: {reason}")]
     Header {
@@ -39,7 +48,7 @@ pub enum FormatError {
         found: u64,
     },
     /// A coordinate is not a number.
-    #[error("line {line} of the {format} file has {text:?} where a number is needed")]
+    #[error("line {line} of the {format} file has '{text}' where a number is needed")]
     BadNumber {
         /// The format read.
         format: Format,
@@ -114,5 +123,21 @@ pub enum FormatError {
 
 /// `bytes` as a short printable text for an error.
 pub(super) fn excerpt(bytes: &[u8]) -> String {
-    bytes.iter().take(24).flat_map(|&b| std::ascii::escape_default(b)).map(char::from).collect()
+    let printed = |&b: &u8| match b {
+        // quotes stay as they are
+        b' '..=b'~' => vec![b],
+        _ => std::ascii::escape_default(b).collect(),
+    };
+    bytes.iter().take(24).flat_map(printed).map(char::from).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_excerpt_is_short_and_printable() {
+        assert_eq!(excerpt(b"\x93NUMPY {'descr'\n"), "\\x93NUMPY {'descr'\\n");
+        assert_eq!(excerpt(&[b'x'; 99]).len(), 24);
+    }
 }

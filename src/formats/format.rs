@@ -39,18 +39,23 @@ impl Format {
         }
     }
 
+    /// The endings its file names have, in lower case and without the dot.
+    pub fn extensions(self) -> &'static [&'static str] {
+        match self {
+            Self::Ply => &["ply"],
+            Self::Xyz => &["xyz", "csv", "tsv", "txt", "asc", "pts", "xyzn", "xyzrgb"],
+            Self::Pcd => &["pcd"],
+            Self::Las => &["las", "laz"],
+            Self::E57 => &["e57"],
+            Self::Stl => &["stl"],
+            Self::Obj => &["obj"],
+        }
+    }
+
     /// The format of a file name's ending (with or without the dot, any case).
     pub fn from_extension(extension: &str) -> Option<Self> {
-        match extension.trim_start_matches('.').to_ascii_lowercase().as_str() {
-            "ply" => Some(Self::Ply),
-            "xyz" | "csv" | "tsv" | "txt" | "asc" | "pts" | "xyzn" | "xyzrgb" => Some(Self::Xyz),
-            "pcd" => Some(Self::Pcd),
-            "las" | "laz" => Some(Self::Las),
-            "e57" => Some(Self::E57),
-            "stl" => Some(Self::Stl),
-            "obj" => Some(Self::Obj),
-            _ => None,
-        }
+        let extension = extension.trim_start_matches('.').to_ascii_lowercase();
+        Self::ALL.into_iter().find(|format| format.extensions().contains(&extension.as_str()))
     }
 
     /// The format a media type names; its parameters are left aside.
@@ -114,7 +119,7 @@ fn text_format(bytes: &[u8]) -> Option<Format> {
     if head.starts_with(b"# .PCD") {
         return Some(Format::Pcd);
     }
-    let mut lines = head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);
+    let mut lines = text::lines(head).map(<[u8]>::trim_ascii);
     let first = lines.find(|line| !line.is_empty() && !text::is_comment(line))?;
     match first.split(u8::is_ascii_whitespace).next()? {
         b"VERSION" | b"FIELDS" => Some(Format::Pcd),
@@ -134,7 +139,7 @@ mod tests {
 
     #[test]
     fn formats_are_told_from_their_bytes() {
-        let cases: [(&[u8], Option<Format>); 14] = [
+        let cases: [(&[u8], Option<Format>); 15] = [
             (b"ply\nformat ascii 1.0\n", Some(Format::Ply)),
             (b"ply\r\nformat ascii 1.0\r\n", Some(Format::Ply)),
             (b"# .PCD v0.7\nVERSION 0.7\n", Some(Format::Pcd)),
@@ -146,6 +151,7 @@ mod tests {
             (b"1 2 3\n", Some(Format::Xyz)),
             (b"\xef\xbb\xbfx;y;z\n1;2;3\n", Some(Format::Xyz)),
             (b"# comment\n\n3\n1,2,3\n", Some(Format::Xyz)),
+            (b"# comment\r3\r1,2,3\r", Some(Format::Xyz)),
             (b"<html>\n<body>\nhello\n", None),
             (b"\x89PNG\r\n\x1a\n\0\0", None),
             (b"", None),

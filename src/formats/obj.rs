@@ -6,7 +6,7 @@ use crate::geometry::{PointCloud, Vec3};
 /// Reads one point from each `v x y z [w | r g b]` line, in their order.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let mut points = Vec::new();
-    for (index, line) in text::without_bom(bytes).split(|&b| b == b'\n').enumerate() {
+    for (index, line) in text::lines(text::without_bom(bytes)).enumerate() {
         let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
         if words.next() == Some(b"v") {
             limits.check(points.len() as u64 + 1)?;

@@ -16,6 +16,9 @@ pub fn read(
     if bytes.is_empty() {
         return Err(FormatError::Empty);
     }
+    if let Some(with) = packed(bytes) {
+        return Err(FormatError::Compressed { with });
+    }
     let unknown = || FormatError::Unknown { start: excerpt(bytes) };
     let format = format.or_else(|| Format::detect(bytes)).ok_or_else(unknown)?;
     let cloud = match format {
@@ -34,6 +37,18 @@ pub fn read(
         return Err(FormatError::NoFinitePoints { points: cloud.input_len });
     }
     Ok(cloud)
+}
+
+/// What compressed the bytes, told from their first ones; no format read here begins with those.
+fn packed(bytes: &[u8]) -> Option<&'static str> {
+    const KNOWN: [(&[u8], &str); 5] = [
+        (b"\x1f\x8b\x08", "gzip"),
+        (b"\x28\xb5\x2f\xfd", "zstd"),
+        (b"PK\x03\x04", "zip"),
+        (b"BZh", "bzip2"),
+        (b"\xfd7zXZ\0", "xz"),
+    ];
+    KNOWN.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, with)| *with)
 }
 
 #[cfg(test)]
@@ -56,5 +71,13 @@ mod tests {
             error(b"nan nan nan\ninf 0 0\n", None),
             FormatError::NoFinitePoints { points: 2 }
         );
+    }
+
+    #[test]
+    fn compressed_bytes_are_told_whatever_format_is_named() {
+        for format in [None, Some(Format::Ply)] {
+            let with = "gzip";
+            assert_eq!(error(b"\x1f\x8b\x08\0\0", format), FormatError::Compressed { with });
+        }
     }
 }

@@ -12,7 +12,7 @@ use crate::geometry::{PointCloud, Vec3};
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let mut layout = None;
     let mut points = Vec::new();
-    for (index, line) in text::without_bom(bytes).split(|&b| b == b'\n').enumerate() {
+    for (index, line) in text::lines(text::without_bom(bytes)).enumerate() {
         let line = line.trim_ascii();
         if line.is_empty() || text::is_comment(line) {
             continue;
@@ -179,6 +179,7 @@ mod tests {
             "1 2 3\n-4.5 5e-1 6\n",
             "  1\t2\t3\r\n-4.5\t0.5 6.0 255 255 255",
             "1,2,3\n-4.5, .5,6\n",
+            "1 2 3\r-4.5 0.5 6\r",
             "1;2;3;a\n-4.5;+0.5;6;b\n\n",
             "1,0;2,0;3\n-4,5;0,5;6\n",
             "\"1\",\"2\",\"3\"\n\"-4.5\",0.5,6\n",

@@ -105,7 +105,7 @@ pub struct Plane {
     /// A point of the plane.
     #[schema(value_type = [f64; 3])]
     pub point: Vec3,
-    /// Unit normal.
+    /// Unit normal; which of the two ways it points means nothing.
     #[schema(value_type = [f64; 3])]
     pub normal: Vec3,
 }
@@ -126,7 +126,7 @@ pub struct Cylinder {
     /// A point of the axis.
     #[schema(value_type = [f64; 3])]
     pub axis_point: Vec3,
-    /// Unit direction of the axis.
+    /// Unit direction of the axis; which of the two ways it points means nothing.
     #[schema(value_type = [f64; 3])]
     pub axis_direction: Vec3,
     /// Radius > 0.
@@ -139,12 +139,12 @@ pub struct EllipticCylinder {
     /// A point of the axis.
     #[schema(value_type = [f64; 3])]
     pub axis_point: Vec3,
-    /// Unit direction of the axis.
+    /// Unit direction of the axis; which of the two ways it points means nothing.
     #[schema(value_type = [f64; 3])]
     pub axis_direction: Vec3,
     /// Semi-axes of the section, the larger first.
     pub semi_axes: [f64; 2],
-    /// Unit directions of the semi-axes; right-handed with the axis.
+    /// Unit directions of the semi-axes, right-handed with the axis; their signs mean nothing else.
     #[schema(value_type = [[f64; 3]; 2])]
     pub semi_axis_directions: [Vec3; 2],
 }
@@ -170,7 +170,7 @@ pub struct Ellipsoid {
     pub center: Vec3,
     /// Semi-axes, the largest first.
     pub semi_axes: [f64; 3],
-    /// Unit directions of the semi-axes, right-handed.
+    /// Unit directions of the semi-axes, right-handed; their signs mean nothing else.
     #[schema(value_type = [[f64; 3]; 3])]
     pub semi_axis_directions: [Vec3; 3],
 }

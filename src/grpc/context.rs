@@ -8,14 +8,14 @@ use axum::{
     response::Response,
 };
 use http_body_util::BodyExt;
-use tonic::Code;
+use tonic::{Code, Status};
 use tracing::Span;
 use uuid::Uuid;
 
 use super::intake::Intake;
 use crate::{
     jobs::{BytesHeld, trace},
-    service::Service,
+    service::{ErrorKind, Service, ServiceError},
 };
 
 /// Gives each call its id, its spans in log and trace, its line in the log, its place in the metrics
@@ -37,7 +37,8 @@ pub async fn wrap(
     let span = traced(&log, &request, &method);
     let held = service.share();
     let call = next.run(counted(request, &service, &held));
-    let mut response = trace::Scope::new(log.clone(), span.clone()).cover(call).await;
+    let response = trace::Scope::new(log.clone(), span.clone()).cover(call).await;
+    let mut response = in_our_terms(response);
     if let Ok(value) = id.parse() {
         response.headers_mut().insert("x-request-id", value);
     }
@@ -62,6 +63,21 @@ fn counted(mut request: Request, service: &Service, held: &BytesHeld) -> Request
     request.extensions_mut().insert(held.clone());
     let time = service.config().upload_timeout;
     request.map(|body| Body::new(Intake::new(body, held.clone(), time)))
+}
+
+/// The response, with the error of the table where tonic refused a message for its length: it says
+/// OUT_OF_RANGE, which nothing else here does.
+fn in_our_terms(response: Response) -> Response {
+    if status(response.headers()) != Some(Code::OutOfRange) {
+        return response;
+    }
+    let told = Status::from_header_map(response.headers());
+    let told = told.as_ref().map_or("the message is too long", |status| status.message());
+    let error = ServiceError::new(
+        ErrorKind::BodyTooLarge,
+        format!("{told}: send the cloud in chunks below the limit, by SegmentUpload or SubmitJob"),
+    );
+    Status::from(error).into_http()
 }
 
 /// The response, whose bytes hold the call's share of the budget until they are sent.

@@ -6,6 +6,8 @@ use axum::{
 use futures::StreamExt;
 use serde_json::Value;
 
+use super::form::Pairs;
+
 use crate::{
     formats::Format,
     service::{ErrorKind, Request, Service, ServiceError, Upload, unknown_format},
@@ -50,6 +52,7 @@ async fn raw(
     if request.format.is_none() {
         request.set_format(media_type(message.headers()).map_or(Ok(None), format_of)?);
     }
+    let sent_as = media_type(message.headers()).map(str::to_owned);
     let announced = message.headers().get(header::CONTENT_LENGTH);
     let announced = announced.and_then(|length| length.to_str().ok()?.parse().ok());
     upload.expect(announced.unwrap_or(0))?;
@@ -58,7 +61,24 @@ async fn raw(
         let chunk = chunk.map_err(|e| malformed(&format!("the body broke off: {e}")))?;
         upload.push(&chunk)?;
     }
+    if is_unbroken(sent_as.as_deref(), upload.bytes()) {
+        return Err(malformed(
+            "the body has no line breaks, as 'curl -d' leaves it: send it with --data-binary",
+        ));
+    }
     Ok(())
+}
+
+/// Whether a body is text without any line break, sent as curl sends what it is told nothing of. A cloud
+/// of one line has too few points in any case.
+fn is_unbroken(media_type: Option<&str>, bytes: &[u8]) -> bool {
+    /// The formats with no line break of their own show other bytes by then.
+    const HEAD: usize = 96;
+    let form = media_type.is_some_and(|t| t.starts_with("application/x-www-form-urlencoded"));
+    let printable = |b: &u8| (b' '..=b'~').contains(b) || *b == b'\t';
+    form && !bytes.is_empty()
+        && bytes.iter().take(HEAD).all(printable)
+        && !bytes.iter().any(|b| matches!(b, b'\n' | b'\r'))
 }
 
 /// The format a media type names; `None` for those that any format may travel under.
@@ -82,6 +102,8 @@ async fn multipart(
         |e: &dyn std::fmt::Display| malformed(&format!("the multipart body is broken: {e}"));
     let message = message.map(Body::new);
     let mut parts = Multipart::from_request(message, &()).await.map_err(|e| broken(&e))?;
+    // a parameter stands once, here or in the query
+    let mut given: Vec<String> = request.given.iter().map(|(name, _)| name.clone()).collect();
     let mut clouds = 0;
     while let Some(mut part) = parts.next_field().await.map_err(|e| broken(&e))? {
         match part.name() {
@@ -102,7 +124,7 @@ async fn multipart(
                         return Err(malformed("'parameters' has more than 64 KiB"));
                     }
                 }
-                parameters(&text, request)?;
+                parameters(&text, &mut given, request)?;
             }
             other => {
                 let name = other.unwrap_or_default();
@@ -126,14 +148,27 @@ fn format_of_part(part: &Field<'_>) -> Result<Option<Format>, ServiceError> {
     by_name.map_or_else(|| part.content_type().map_or(Ok(None), format_of), |f| Ok(Some(f)))
 }
 
-/// Sets the parameters of a JSON object; lists are given as arrays or as in a query.
-fn parameters(text: &[u8], request: &mut Request) -> Result<(), ServiceError> {
-    let object: serde_json::Map<String, Value> = serde_json::from_slice(text)
+/// Sets the parameters of a JSON object; lists are given as arrays or as in a query. None may be among
+/// those `given` already.
+fn parameters(
+    text: &[u8],
+    given: &mut Vec<String>,
+    request: &mut Request,
+) -> Result<(), ServiceError> {
+    let Pairs(pairs) = serde_json::from_slice(text)
         .map_err(|e| malformed(&format!("'parameters' is not a JSON object: {e}")))?;
-    for (name, value) in &object {
-        if let Some(text) = as_text(value) {
-            request.set(name, &text)?;
+    for (name, value) in pairs {
+        let Some(text) = as_text(&value) else { continue };
+        if given.contains(&name) {
+            return Err(ServiceError::new(
+                ErrorKind::InvalidParameter,
+                format!(
+                    "parameter '{name}' stands more than once, in the query or in 'parameters'"
+                ),
+            ));
         }
+        request.set(&name, &text)?;
+        given.push(name);
     }
     Ok(())
 }
@@ -168,7 +203,7 @@ mod tests {
         let json =
             br#"{"surfaces": ["plane", "cone"], "seed": 7.0, "merge": false, "tolerance": null,
             "axis_direction": [0, 0.5, 1e-3]}"#;
-        parameters(json, &mut request).unwrap();
+        parameters(json, &mut Vec::new(), &mut request).unwrap();
         let query = [
             ("surfaces", "plane,cone"),
             ("seed", "7"),
@@ -176,6 +211,29 @@ mod tests {
             ("axis_direction", "0,0.5,0.001"),
         ];
         assert_eq!(request.parameters, Request::from_pairs(query).unwrap().parameters);
+    }
+
+    #[test]
+    fn a_parameter_that_stands_twice_is_refused() {
+        let set = |given: &[&str], json: &str| {
+            let mut given = given.iter().map(|name| (*name).to_owned()).collect();
+            parameters(json.as_bytes(), &mut given, &mut Request::default()).map_err(|e| e.kind)
+        };
+        let refused = Err(ErrorKind::InvalidParameter);
+        assert_eq!(set(&["seed"], r#"{"seed": 1}"#), refused);
+        assert_eq!(set(&[], r#"{"seed": 1, "seed": 1}"#), refused);
+        assert_eq!(set(&["seed"], r#"{"seed": null, "min_points": 60}"#), Ok(()));
+    }
+
+    #[test]
+    fn a_body_that_curl_has_taken_the_line_breaks_from_is_told() {
+        let form = "application/x-www-form-urlencoded";
+        assert!(is_unbroken(Some(form), b"1 2 34 5 67 8 9"));
+        assert!(is_unbroken(Some(form), b"plyformat ascii 1.0element vertex 2"));
+        assert!(!is_unbroken(Some(form), b"1 2 3\n4 5 6"));
+        assert!(!is_unbroken(Some(form), b"LASF\0\0\0\0"));
+        assert!(!is_unbroken(Some(form), b""));
+        assert!(!is_unbroken(None, b"1 2 3"));
     }
 
     #[test]

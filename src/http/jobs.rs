@@ -10,16 +10,16 @@ use axum::{
     },
 };
 use futures::{Stream, StreamExt};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::{
     App, accept,
-    segmentations::{answered, carried},
+    segmentations::{Pairs, answered, carried, from_query},
 };
 use crate::{
     jobs::{JobState, JobView},
-    service::{Caller, ErrorKind, Representation, Request, ServiceError},
+    service::{Caller, ErrorKind, Representation, ServiceError},
 };
 
 /// A silent event stream says this often that it lives.
@@ -126,32 +126,25 @@ pub async fn delete(
     Ok(Json(app.service.cancel(&caller, &id).await?.view().into()))
 }
 
-/// What of a result to send.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ResultQuery {
-    labels: Option<String>,
-}
-
 /// The result of a job
 ///
 /// In the form that `Accept` asks for. 409 until the job has succeeded.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/result", operation_id = "getJobResult", tag = "jobs",
     params(("id" = String, Path, description = "The job's id")),
-    responses((status = 200, description = "The surfaces found", body = crate::service::Document)),
+    responses((
+        status = 200, description = "The surfaces found, in the form that `Accept` asks for",
+        body = crate::service::Document
+    )),
 )]
 pub async fn result(
     State(app): State<App>,
     Extension(caller): Extension<Caller>,
     Path(id): Path<String>,
-    query: Result<Query<ResultQuery>, axum::extract::rejection::QueryRejection>,
+    query: Pairs,
     headers: HeaderMap,
 ) -> Result<Response, ServiceError> {
-    let Query(query) =
-        query.map_err(|e| ServiceError::new(ErrorKind::UnknownParameter, e.body_text()))?;
-    let asked = query.labels.map(|labels| Request::from_pairs([("labels", labels.as_str())]));
-    let asked = asked.transpose()?.map(|request| request.labels);
+    let asked = asked_labels(query)?;
     let form = accept::negotiate(&headers, Representation::ALL)?;
     let held = app.service.share();
     if form == Representation::Json {
@@ -166,26 +159,30 @@ pub async fn result(
     Ok(answered(form, carried(bytes, &held)))
 }
 
-/// One server-sent event of a job.
-#[derive(Debug, Serialize, ToSchema)]
-pub struct JobEvent {
-    /// What happened: always `job`.
-    #[schema(example = "job")]
-    pub event: String,
-    /// The job as it now is, a `JobDocument` in JSON.
-    #[schema(content_media_type = "application/json")]
-    pub data: String,
+/// What the query says of the labels; nothing else may stand in it.
+fn asked_labels(query: Pairs) -> Result<Option<bool>, ServiceError> {
+    if let Ok(Query(pairs)) = &query
+        && let Some((name, _)) = pairs.iter().find(|(name, _)| name != "labels")
+    {
+        return Err(ServiceError::new(
+            ErrorKind::UnknownParameter,
+            format!("unknown parameter '{name}' of a result; known ones: labels"),
+        ));
+    }
+    let request = from_query(query)?;
+    Ok((!request.given.is_empty()).then_some(request.labels))
 }
 
 /// The progress of a job as server-sent events
 ///
-/// One event `job` now and at each change, its data a job as JSON; the stream ends with the job.
+/// One event `job` now and at each change, whose data is a `JobDocument` as JSON on one line; the
+/// stream ends with the job.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/events", operation_id = "getJobEvents", tag = "jobs",
     params(("id" = String, Path, description = "The job's id")),
     responses((
-        status = 200, description = "The events, each in this form", body = JobEvent,
-        content_type = "text/event-stream"
+        status = 200, description = "Lines `event: job` and `data: {…}`, an empty one behind each event",
+        body = String, content_type = "text/event-stream"
     )),
 )]
 pub async fn events(

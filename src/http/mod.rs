@@ -5,6 +5,8 @@ mod admin;
 mod auth;
 mod body;
 mod context;
+mod encoding;
+mod form;
 mod jobs;
 mod linger;
 mod openapi;
@@ -58,6 +60,7 @@ pub fn router(service: Arc<Service>, config: HttpConfig) -> Router {
     let app = App { service, openapi };
     cases
         .layer(RequestDecompressionLayer::new())
+        .layer(middleware::map_request(encoding::in_lower_case))
         .layer(DefaultBodyLimit::disable()) // uploads are limited as they are read
         .route_layer(middleware::from_fn_with_state(app.clone(), auth::identify))
         .merge(contract)

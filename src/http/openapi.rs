@@ -21,7 +21,8 @@ use crate::{
 
 const DESCRIPTION: &str = "Point cloud in, quadric surfaces out. Lengths are in the cloud's own \
 unit, angles in radians, coefficients in the order of a1 x² + a2 y² + a3 z² + a4 xy + a5 yz + a6 xz \
-+ a7 x + a8 y + a9 z + a10 = 0. Every error is a problem document (RFC 9457) with a stable code.";
++ a7 x + a8 y + a9 z + a10 = 0. The same cloud and parameters give the same answer, `timing` apart. \
+Every error is a problem document (RFC 9457) with a stable code; `x-error-codes` lists them.";
 
 /// The document before its routes.
 pub fn base() -> OpenApi {
@@ -69,7 +70,18 @@ pub fn complete(mut openapi: OpenApi) -> OpenApi {
             }
         }
     }
+    openapi.extensions.get_or_insert_default().insert(ERROR_CODES.to_owned(), error_codes());
     openapi
+}
+
+/// Where the document lists the codes. An extension, for in a schema a list of words is a closed one:
+/// clients made from it would fail at the first new code.
+const ERROR_CODES: &str = "x-error-codes";
+
+/// Every code a problem document may have, those of no described path and method among them.
+fn error_codes() -> Value {
+    let code = |row: &ErrorRow| json!({"code": row.code, "status": row.status, "title": row.title});
+    ERRORS.iter().map(code).collect()
 }
 
 /// The operations that ask nobody for a key.
@@ -185,19 +197,17 @@ fn default(spec: &ParameterSpec) -> Option<Value> {
     })
 }
 
-fn binary() -> Content {
-    let bytes = ObjectBuilder::new()
+/// The bytes of a file.
+fn binary(help: &str) -> ObjectBuilder {
+    ObjectBuilder::new()
         .schema_type(Type::String)
-        .format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary)));
-    Content::new(Some(bytes))
+        .format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary)))
+        .description(Some(help))
 }
 
 /// The cloud, raw or in a form.
 fn cloud_body() -> RequestBody {
-    let file = ObjectBuilder::new()
-        .schema_type(Type::String)
-        .format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary)))
-        .description(Some("The file's bytes; its name may tell the format"));
+    let file = binary("The file's bytes; its name may tell the format");
     let nothing_else = Some(AdditionalProperties::FreeForm(false));
     let parameters =
         specs().fold(Object::builder(), |object, spec| object.property(spec.name, schema(spec)));
@@ -205,13 +215,17 @@ fn cloud_body() -> RequestBody {
     let form = ObjectBuilder::new()
         .additional_properties(nothing_else)
         .property("cloud", file)
-        .property("parameters", parameters.description(Some("The parameters of the query")))
+        .property(
+            "parameters",
+            parameters
+                .description(Some("The parameters of the query; each stands in one of the two")),
+        )
         .required("cloud");
     let body = RequestBodyBuilder::new()
         .description(Some("The point cloud"))
         .required(Some(Required::True))
         .content("multipart/form-data", Content::new(Some(form)));
-    let mut file = binary();
+    let mut file = Content::new(Some(binary("The file's bytes")));
     file.example = Some(example());
     body.content("application/octet-stream", file).build()
 }
@@ -229,8 +243,8 @@ fn describe_forms(operation: &mut Operation) {
         json.example = serde_json::from_str(include_str!("pages/answer.json")).ok();
     }
     for form in Representation::ALL.iter().filter(|form| **form != Representation::Json) {
-        let mut content = binary();
-        content.description = Some(form.help().to_owned());
+        // a media type itself has no description in OpenAPI 3.1
+        let content = Content::new(Some(binary(form.help())));
         answer.content.insert(form.media_type().to_owned(), RefOr::T(content));
     }
 }
@@ -321,5 +335,12 @@ mod tests {
         assert_eq!(of("min_points")["schema"]["minimum"], 10);
         assert_eq!(of("seed")["schema"]["maximum"], u64::MAX);
         assert_eq!(of("surfaces")["schema"]["default"][1], "sphere");
+    }
+
+    #[test]
+    fn every_code_stands_in_the_document() {
+        let document = serde_json::to_value(super::super::openapi()).unwrap();
+        let codes = document[ERROR_CODES].as_array().unwrap();
+        assert!(ERRORS.iter().all(|row| codes.iter().any(|code| code["code"] == row.code)));
     }
 }

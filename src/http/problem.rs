@@ -27,7 +27,7 @@ pub struct Problem {
     pub detail: String,
     /// The path of the request.
     pub instance: String,
-    /// The stable code, for programs.
+    /// The stable code, for programs: one of `x-error-codes`.
     #[schema(example = "too_few_points")]
     pub code: String,
     /// The request's id, as in the log and in the `x-request-id` header.

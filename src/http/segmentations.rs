@@ -19,8 +19,10 @@ pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
 /// Find the quadric surfaces in a cloud
 ///
 /// The cloud is the body, its format named by `format` or `Content-Type` (such as `model/ply`) or told
-/// from its bytes; or it is the part `cloud` of a multipart body, whose part `parameters` is a JSON object. The body may
-/// be compressed (`Content-Encoding: gzip` or `zstd`). A caller that goes away cancels the work.
+/// from its bytes; or it is the part `cloud` of a multipart body, whose part `parameters` is a JSON
+/// object. A parameter stands once: in the query, or in that object. The body may be compressed
+/// (`Content-Encoding: gzip` or `zstd`). A caller that goes away cancels the work.
+/// Coordinates may be up to 1e50 in size, and must extend over at least 1e-50.
 ///
 /// With `Prefer: respond-async` the cloud becomes a job that outlives the request. A retried
 /// submission with the same `Idempotency-Key` and the same content is the same job; without
@@ -31,7 +33,7 @@ pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
     operation_id = "createSegmentation",
     tag = "segmentations",
     responses(
-        (status = 200, description = "The surfaces found", body = Document),
+        (status = 200, description = "The surfaces found, in the form that `Accept` asks for", body = Document),
         (status = 202, description = "The job", body = jobs::JobDocument),
     ),
 )]
@@ -88,7 +90,10 @@ pub fn answered(form: Representation, bytes: Bytes) -> Response {
 
 /// The request in a query. Lists may be written `a,b,c` or by repeating their name; nothing else may
 /// stand twice.
-fn from_query(query: Pairs) -> Result<Request, ServiceError> {
+///
+/// # Errors
+/// The query cannot be read, or a parameter in it is unknown, wrong or there twice.
+pub fn from_query(query: Pairs) -> Result<Request, ServiceError> {
     let invalid = |detail| ServiceError::new(ErrorKind::InvalidParameter, detail);
     let Query(pairs) = query.map_err(|e| invalid(format!("the query cannot be read: {e}")))?;
     let mut given: Vec<(String, String)> = Vec::new();

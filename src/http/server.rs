@@ -12,7 +12,7 @@ use tokio::{
     sync::{OwnedSemaphorePermit, Semaphore},
 };
 use tokio_io_timeout::TimeoutStream;
-use tokio_rustls::TlsAcceptor;
+use tokio_rustls::{TlsAcceptor, server::TlsStream};
 use tokio_util::sync::CancellationToken;
 
 /// Bytes read ahead or written behind on one connection: hundreds of uploads come in at a time when the
@@ -106,15 +106,29 @@ async fn connection(stream: TcpStream, router: Router, tls: Option<TlsAcceptor>,
     let _ = stream.set_nodelay(true);
     let served = match tls {
         None => exchange(stream, router, watch).await,
-        Some(tls) => match tokio::time::timeout(HANDSHAKE_TIMEOUT, tls.accept(stream)).await {
-            Ok(Ok(stream)) => exchange(stream, router, watch).await,
-            Ok(Err(error)) => Err(error.into()),
-            Err(_) => Err(io::Error::from(io::ErrorKind::TimedOut).into()),
+        Some(tls) => match handshake(stream, tls).await {
+            Some(stream) => exchange(stream, router, watch).await,
+            None => return,
         },
     };
     if let Err(error) = served {
         tracing::debug!(%error, "a connection broke off");
     }
+}
+
+/// Begins TLS; says in the log why it cannot, for the caller is told next to nothing.
+async fn handshake(stream: TcpStream, tls: TlsAcceptor) -> Option<TlsStream<TcpStream>> {
+    let peer = stream.peer_addr().map(|peer| peer.to_string()).unwrap_or_default();
+    match tokio::time::timeout(HANDSHAKE_TIMEOUT, tls.accept(stream)).await {
+        Ok(Ok(stream)) => return Some(stream),
+        // whoever only looks whether the port is open hangs up without a word
+        Ok(Err(error)) if error.kind() == io::ErrorKind::UnexpectedEof => {
+            tracing::debug!(peer, %error, "a TLS handshake broke off");
+        }
+        Ok(Err(error)) => tracing::warn!(peer, %error, "a TLS handshake failed"),
+        Err(_) => tracing::warn!(peer, "a TLS handshake took too long"),
+    }
+    None
 }
 
 async fn exchange(

@@ -1,7 +1,9 @@
 use std::path::Path;
 
 use bytes::Bytes;
-use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction};
+use redb::{
+    Database, DatabaseError, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction,
+};
 use uuid::Uuid;
 
 use super::{JobRecord, Store, StoreError};
@@ -44,7 +46,11 @@ impl DiskStore {
     /// # Errors
     /// The file cannot be used, is no database, or is in use by another process.
     pub fn open(path: &Path, cache: usize) -> Result<Self, StoreError> {
-        let database = Database::builder().set_cache_size(cache).create(path).map_err(failed)?;
+        let database = Database::builder().set_cache_size(cache).create(path);
+        let database = database.map_err(|error| match error {
+            DatabaseError::DatabaseAlreadyOpen => StoreError::InUse,
+            other => failed(other),
+        })?;
         let store = Self { database };
         // tables come to be when they are opened for writing; reading needs them all
         store.change(|_| Ok(()))?;

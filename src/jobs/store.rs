@@ -12,6 +12,9 @@ use super::JobRecord;
 /// A store that fails.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
+    /// Another process has the database open.
+    #[error("the job database is in use by another process")]
+    InUse,
     /// The database fails.
     #[error("the job database fails: {0}")]
     Database(#[from] Box<redb::Error>),

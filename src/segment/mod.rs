@@ -13,7 +13,8 @@ pub use monitor::{Cancelled, Monitor, Silent, Stage};
 pub use parameters::{
     Method, PARAMETERS, ParameterError, ParameterKind, ParameterSpec, Parameters,
 };
-pub use pipeline::{SegmentError, segment};
+pub use pipeline::{LARGEST_COORDINATE, SMALLEST_EXTENT, SegmentError, segment};
 pub use report::{
     Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Segmentation, Unassigned,
+    Uncertainty,
 };

@@ -143,28 +143,28 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         kind: ParameterKind::Choice(&["distance", "rcond"]),
         unit: None,
         default: Some("distance"),
-        help: "distance: every surface and boundary by orthogonal distance. rcond: the seed's growth on the scatter matrix's condition",
+        help: "distance: every surface and boundary by orthogonal distance. rcond: the seed's growth on the scatter matrix's condition. A parameter that is one method's only is not looked at by the other",
     },
     ParameterSpec {
         name: "tolerance",
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "Largest distance of a point from its surface (four noise sigmas when absent)",
+        help: "distance only: largest distance of a point from its surface (four noise sigmas when absent)",
     },
     ParameterSpec {
         name: "noise_sigma",
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "Standard deviation of the points' noise (estimated from the cloud when absent)",
+        help: "distance only: standard deviation of the points' noise (estimated from the cloud when absent)",
     },
     ParameterSpec {
         name: "surfaces",
         kind: ParameterKind::List(TYPES),
         unit: None,
         default: Some("plane,sphere,cylinder,elliptic_cylinder,cone,ellipsoid"),
-        help: "The surface types looked for",
+        help: "distance only: the surface types looked for, each for itself: ellipsoid does not stand for sphere, nor elliptic_cylinder for cylinder",
     },
     ParameterSpec {
         name: "min_points",
@@ -185,42 +185,42 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "Largest gap inside one piece of a surface: wider ones part it (none does when absent)",
+        help: "distance only: largest gap inside one piece of a surface: wider ones part it (none does when absent)",
     },
     ParameterSpec {
         name: "min_radius",
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "Smallest radius or semi-axis looked for",
+        help: "distance only: smallest radius or semi-axis looked for; at most max_radius",
     },
     ParameterSpec {
         name: "max_radius",
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "Largest radius or semi-axis looked for",
+        help: "distance only: largest radius or semi-axis looked for; at least min_radius",
     },
     ParameterSpec {
         name: "axis_direction",
         kind: ParameterKind::Direction,
         unit: None,
         default: None,
-        help: "Direction that axes and plane normals must have, as x,y,z",
+        help: "distance only: direction that axes and plane normals must have, as x,y,z",
     },
     ParameterSpec {
         name: "axis_tolerance",
         kind: ParameterKind::Number { min: 0.0, max: std::f64::consts::FRAC_PI_2 },
         unit: Some("radians"),
         default: Some("0.05"),
-        help: "Largest angle between an axis and axis_direction",
+        help: "distance only: largest angle between an axis and axis_direction",
     },
     ParameterSpec {
         name: "seed",
         kind: ParameterKind::Integer { min: 0, max: u64::MAX },
         unit: None,
         default: Some("0"),
-        help: "Seed of the random generator; the same seed gives the same bytes",
+        help: "Seed of the random generator; the same seed gives the same bytes, timing apart",
     },
     ParameterSpec {
         name: "max_failed_seeds",
@@ -275,6 +275,14 @@ pub enum ParameterError {
         /// What it takes, with its range.
         expected: String,
     },
+    /// No radius is in the range.
+    #[error("parameter 'min_radius': {min} is above 'max_radius': {max}")]
+    EmptyRange {
+        /// The smallest radius.
+        min: f64,
+        /// The largest radius.
+        max: f64,
+    },
 }
 
 fn names() -> String {
@@ -292,7 +300,7 @@ impl std::fmt::Display for ParameterKind {
             Self::Number { min, max } => write!(f, "a number from {min} to {max}"),
             Self::Integer { min, max } => write!(f, "a whole number from {min} to {max}"),
             Self::Boolean => write!(f, "true or false"),
-            Self::Direction => write!(f, "three comma-separated numbers, not all zero"),
+            Self::Direction => write!(f, "three numbers x,y,z, not all zero"),
         }
     }
 }
@@ -301,7 +309,8 @@ impl Parameters {
     /// Sets one parameter from text, as queries and flags give it.
     ///
     /// # Errors
-    /// The name is unknown, or the value is not one the parameter takes.
+    /// The name is unknown, or the value is not one the parameter takes, by itself or beside those set
+    /// before.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParameterError> {
         let spec = PARAMETERS
             .iter()
@@ -371,7 +380,14 @@ impl Parameters {
             "algebraic_threshold" => self.algebraic_threshold = number()?,
             _ => return Err(ParameterError::Unknown(name.to_owned())),
         }
-        Ok(())
+        self.check_radii()
+    }
+
+    fn check_radii(&self) -> Result<(), ParameterError> {
+        match (self.min_radius, self.max_radius) {
+            (Some(min), Some(max)) if min > max => Err(ParameterError::EmptyRange { min, max }),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -417,5 +433,17 @@ mod tests {
         ] {
             assert!(Parameters::default().set(name, value).is_err(), "{name}={value}");
         }
+    }
+
+    #[test]
+    fn a_smallest_radius_above_the_largest_is_refused_whichever_comes_first() {
+        let set = |order: [(&str, &str); 2]| {
+            let mut p = Parameters::default();
+            order.iter().try_for_each(|(name, value)| p.set(name, value))
+        };
+        let error = Err(ParameterError::EmptyRange { min: 5.0, max: 2.0 });
+        assert_eq!(set([("min_radius", "5"), ("max_radius", "2")]), error);
+        assert_eq!(set([("max_radius", "2"), ("min_radius", "5")]), error);
+        assert_eq!(set([("min_radius", "2"), ("max_radius", "2")]), Ok(()));
     }
 }

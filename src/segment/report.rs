@@ -26,7 +26,7 @@ pub struct Segmentation {
 pub struct Region {
     /// The label of its points.
     pub id: usize,
-    /// The surface's type.
+    /// The surface's type, the simplest that the points do not speak against.
     #[serde(rename = "type")]
     pub surface_type: SurfaceType,
     /// How many points carry its label.
@@ -38,9 +38,10 @@ pub struct Region {
     /// The surface in engineering terms; absent for the quadrics that have none here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,
-    /// Standard deviation of each engineering parameter, by its name, and `covariance`.
+    /// How exactly the surface's parameters are known; absent where that is not known. In the form of
+    /// [`Uncertainty`].
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Object>)]
+    #[schema(value_type = Option<Uncertainty>)]
     pub uncertainty: Option<serde_json::Value>,
     /// How well the points fit.
     pub fit: Fit,
@@ -52,6 +53,55 @@ pub struct Region {
     pub extent: Option<Extent>,
     /// The regions it touches.
     pub neighbours: Vec<Neighbour>,
+}
+
+/// How exactly the parameters of a surface are known: the standard deviation of each, under its name.
+///
+/// A point has one for each coordinate. A direction has one alone, the angle in radians by which it may
+/// be off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct Uncertainty {
+    /// Of a plane's point. It is the one beside the points' centroid, so it does not vary within the plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 3]>,
+    /// Of a plane's normal, in radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal: Option<f64>,
+    /// Of a centre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub center: Option<[f64; 3]>,
+    /// Of an axis' point. It is the one beside the points' centroid, so it does not vary along the axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_point: Option<[f64; 3]>,
+    /// Of a cone's apex.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub apex: Option<[f64; 3]>,
+    /// Of an axis' direction, in radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis_direction: Option<f64>,
+    /// Of a radius.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+    /// Of a cone's half angle, in radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub half_angle: Option<f64>,
+    /// Of each semi-axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub semi_axes: Option<Vec<f64>>,
+    /// Of each semi-axis' direction, in radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub semi_axis_directions: Option<Vec<f64>>,
+    /// The parameters whose components are the rows of `covariance`, in their order; each has the
+    /// components it has in the surface, directions x, y and z.
+    pub covariance_of: Vec<String>,
+    /// Covariance matrix of the components of all parameters.
+    pub covariance: Vec<Vec<f64>>,
+    /// False where the points do not tell a parameter: a radius, semi-axis or angle less than three
+    /// standard deviations from zero, a direction known to no better than a third of a radian.
+    pub identifiable: bool,
+    /// The parameters that the points do not tell; absent where they tell all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_identifiable: Option<Vec<String>>,
 }
 
 /// Distances of a region's points from its surface, in the input's unit.

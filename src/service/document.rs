@@ -15,7 +15,8 @@ pub struct Document {
     pub input: Input,
     /// Every parameter as used, `tolerance` and `noise_sigma` resolved.
     pub parameters: Parameters,
-    /// The surfaces; a region's id is its place here.
+    /// The surfaces; a region's id is its place here. Their order means nothing, but is the same for the
+    /// same cloud and parameters.
     pub regions: Vec<Region>,
     /// One label for each input point, in input order; -1 = unassigned. Absent with `labels=none`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -24,7 +25,7 @@ pub struct Document {
     pub unassigned: UnassignedPoints,
     /// How much work the method did.
     pub counters: Counters,
-    /// How long the steps took.
+    /// How long the steps took: the one part that differs between two runs.
     pub timing: Timing,
 }
 
@@ -47,7 +48,12 @@ pub struct Input {
 pub struct UnassignedPoints {
     /// How many.
     pub count: usize,
-    /// How many for each reason; `not_finite` for the skipped ones.
+    /// How many for each reason: `outlier` (alone, within a volume, or further from every surface than the
+    /// tolerance), `too_small` (a patch of fewer than `min_points`), `no_quadric` (a surface of another
+    /// type than those looked for, or outside the constraints; with `rcond` all), `over_max_regions` (of a
+    /// region beyond the largest `max_regions`), `duplicate` (a further copy of a point that another reason
+    /// counts), `not_finite` (a coordinate is NaN or infinite). More may come. Above 50 000 points without
+    /// a region the shares of the first three are estimated.
     pub reasons: BTreeMap<String, usize>,
 }
 

@@ -19,6 +19,8 @@ pub enum ErrorKind {
     NoFinitePoints,
     /// The cloud has too few points for any region.
     TooFewPoints,
+    /// A coordinate is too large, or the points are too close together, to be worked with.
+    ExtentOutOfRange,
     /// The format is not known or not to be told.
     UnknownFormat,
     /// The cloud has more points than the limit.
@@ -97,6 +99,13 @@ pub const ERRORS: &[ErrorRow] = {
         row(K::MalformedCloud, "malformed_cloud", 422, InvalidArgument, "The cloud cannot be read"),
         row(K::NoFinitePoints, "no_finite_points", 422, InvalidArgument, "No point is finite"),
         row(K::TooFewPoints, "too_few_points", 422, InvalidArgument, "The cloud is too small"),
+        row(
+            K::ExtentOutOfRange,
+            "extent_out_of_range",
+            422,
+            InvalidArgument,
+            "A coordinate above 1e50, or an extent below 1e-50",
+        ),
         row(K::UnknownFormat, "unknown_format", 415, InvalidArgument, "The format is not known"),
         row(K::TooManyPoints, "too_many_points", 413, ResourceExhausted, "The cloud is too large"),
         row(K::BodyTooLarge, "body_too_large", 413, ResourceExhausted, "The body is too large"),
@@ -190,7 +199,9 @@ impl From<FormatError> for ServiceError {
     fn from(error: FormatError) -> Self {
         let kind = match &error {
             FormatError::Empty => ErrorKind::EmptyBody,
-            FormatError::Unknown { .. } => ErrorKind::UnknownFormat,
+            FormatError::Unknown { .. } | FormatError::Compressed { .. } => {
+                ErrorKind::UnknownFormat
+            }
             FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
             FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
             FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,
@@ -222,6 +233,9 @@ impl From<SegmentError> for ServiceError {
                 ErrorKind::TooFewPoints,
                 format!("{error}: send more points, or lower min_points"),
             ),
+            SegmentError::CoordinateTooLarge(_) | SegmentError::ExtentTooSmall(_) => {
+                Self::new(ErrorKind::ExtentOutOfRange, error.to_string())
+            }
         }
     }
 }
@@ -238,8 +252,7 @@ impl From<Stop> for ServiceError {
             Stop::Cancelled => Self::new(ErrorKind::Cancelled, "the work was cancelled"),
             Stop::Deadline => Self::new(
                 ErrorKind::DeadlineExceeded,
-                "the work took longer than its deadline: raise deadline, thin out the cloud, or \
-                 submit it as a job",
+                "the work took longer than its deadline: raise deadline, or thin out the cloud",
             ),
         }
     }

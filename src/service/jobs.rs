@@ -177,10 +177,15 @@ fn idempotency_key(
     request: &Request,
     bytes: &[u8],
 ) -> Result<IdempotencyKey, ServiceError> {
-    if key.is_empty() || key.len() > MAX_KEY_BYTES {
+    if !(1..=MAX_KEY_BYTES).contains(&key.len()) || !key.bytes().all(|b| b.is_ascii_graphic()) {
+        let told = key.escape_default().take(MAX_KEY_BYTES).collect::<String>();
         return Err(ServiceError::new(
             ErrorKind::InvalidParameter,
-            format!("an idempotency key has 1 to {MAX_KEY_BYTES} bytes; this one {}", key.len()),
+            format!(
+                "the idempotency key '{told}' of {} bytes is not 1 to {MAX_KEY_BYTES} visible ASCII \
+                 characters without spaces",
+                key.len()
+            ),
         ));
     }
     let given = format!("{:?}", request.given);

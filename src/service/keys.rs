@@ -55,6 +55,7 @@ impl Keys {
     /// It cannot be read, or a line of it is wrong.
     pub fn open(path: &Path) -> Result<Self, KeysError> {
         let read = Read { version: version(path), names: names(path)? };
+        warn_if_empty(path, &read.names);
         Ok(Self { path: path.to_owned(), read: Mutex::new(read) })
     }
 
@@ -64,12 +65,23 @@ impl Keys {
         let version = version(&self.path);
         if version != read.version {
             match names(&self.path) {
-                Ok(names) => *read = Read { version, names },
+                Ok(names) => {
+                    warn_if_empty(&self.path, &names);
+                    *read = Read { version, names };
+                }
                 Err(error) => tracing::error!(%error, "the changed key file is not used"),
             }
         }
         // looked up by its hash, so the time it takes tells nothing of the key
         read.names.get(&sha256(secret.as_bytes())).cloned()
+    }
+}
+
+/// A file without keys is how all are revoked, but more often a mistake.
+fn warn_if_empty(path: &Path, names: &HashMap<String, String>) {
+    if names.is_empty() {
+        let path = path.display();
+        tracing::warn!(%path, "the key file has no keys: every caller is refused");
     }
 }
 

@@ -45,14 +45,44 @@ impl Representation {
         }
     }
 
+    /// The ending of its files, and its name on the command line.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Json => "json",
+            Self::Protobuf => "pb",
+            Self::Npy => "npy",
+            Self::Ply => "ply",
+            Self::Csv => "csv",
+        }
+    }
+
+    /// The form whose files end so, in any case.
+    pub fn from_extension(extension: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|form| form.extension().eq_ignore_ascii_case(extension))
+    }
+
     /// What it holds, for the reference.
     pub fn help(self) -> &'static str {
         match self {
             Self::Json => "The whole result",
-            Self::Protobuf => "The whole result as the message `conicoid.v1.Segmentation`",
-            Self::Npy => "The labels as a NumPy array of int32",
-            Self::Ply => "The points with label and colour, binary",
-            Self::Csv => "One line a region",
+            Self::Protobuf => {
+                "The whole result as the message `conicoid.v1.Segmentation` of the gRPC contract"
+            }
+            Self::Npy => {
+                "The labels as a NumPy array (NPY 1.0) of int32: one a point, in input order, -1 = \
+                 unassigned"
+            }
+            Self::Ply => {
+                "The points in input order as binary little-endian PLY: `x`, `y`, `z` (double, NaN for \
+                 points left out), `red`, `green`, `blue` (uchar, the region's colour), `label` (int, \
+                 -1 = unassigned)"
+            }
+            Self::Csv => {
+                "One line a region under a line of names: `id`, `type`, `point_count`, `rms`, `max`, \
+                 `position_x` to `position_z` (a point of the plane or axis, the centre or the apex), \
+                 `direction_x` to `direction_z` (normal or axis), `radius`, `half_angle`, semi-axes and \
+                 their directions, `a1` to `a10`; empty where a surface has none"
+            }
         }
     }
 

@@ -15,7 +15,7 @@ pub const OPTIONS: &[ParameterSpec] = &[
         kind: ParameterKind::Choice(FORMATS),
         unit: None,
         default: None,
-        help: "The cloud's format (from its media type, file name or bytes when absent)",
+        help: "The cloud's format (from its media type, file name or bytes when absent); other usual endings, such as csv, txt and laz, name it too",
     },
     ParameterSpec {
         name: "labels",
@@ -98,8 +98,11 @@ impl Request {
         let text = value.trim();
         match name {
             "format" => {
-                let known = Format::ALL.into_iter().find(|f| f.name() == text);
-                self.format = Some(known.ok_or_else(|| unknown_format(text))?);
+                let format = Format::from_extension(text).ok_or_else(|| unknown_format(text))?;
+                self.format = Some(format);
+                // by its own name: another word for it is no other request
+                self.given.push((name.to_owned(), format.name().to_owned()));
+                return Ok(());
             }
             "labels" => {
                 self.labels = match text {
@@ -149,9 +152,14 @@ fn unknown_parameter(name: &str) -> ServiceError {
 
 /// The error for a format nobody reads.
 pub fn unknown_format(name: &str) -> ServiceError {
+    let known = Format::ALL.map(|format| match format.extensions() {
+        [_] => format.name().to_owned(),
+        [_, others @ ..] => format!("{} ({})", format.name(), others.join(", ")),
+        [] => String::new(),
+    });
     ServiceError::new(
         ErrorKind::UnknownFormat,
-        format!("'{name}' is not a known format; known ones: {}", FORMATS.join(", ")),
+        format!("'{name}' is not a known format; known ones: {}", known.join(", ")),
     )
 }
 
@@ -171,6 +179,14 @@ mod tests {
         assert_eq!(request.format, Some(Format::Ply));
         assert_eq!(request.deadline, Some(Duration::from_millis(1500)));
         assert!(!request.labels && request.parameters.tolerance == Some(0.25));
+    }
+
+    #[test]
+    fn a_format_is_named_by_any_of_its_endings_in_any_case() {
+        for (word, name) in [("PLY", "ply"), ("csv", "xyz"), ("laz", "las")] {
+            let named = Request::from_pairs([("format", word)]).unwrap();
+            assert_eq!(named, Request::from_pairs([("format", name)]).unwrap());
+        }
     }
 
     #[test]

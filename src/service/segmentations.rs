@@ -52,6 +52,12 @@ pub enum StartError {
         /// Why.
         error: std::io::Error,
     },
+    /// Another process has the data directory.
+    #[error(
+        "the data directory {0} is in use by another process: stop that, or give this one a data_dir of \
+         its own"
+    )]
+    DirectoryInUse(PathBuf),
     /// The jobs cannot be read.
     #[error("cannot open the jobs kept on disk: {0}")]
     Store(#[from] StoreError),
@@ -175,7 +181,11 @@ fn open_store(config: &ServiceConfig) -> Result<Arc<dyn Store>, StartError> {
     let Some(path) = &config.data_dir else { return Ok(Arc::new(MemoryStore::default())) };
     std::fs::create_dir_all(path)
         .map_err(|error| StartError::Directory { path: path.clone(), error })?;
-    Ok(Arc::new(DiskStore::open(&path.join("jobs.redb"), config.data_cache_bytes)?))
+    let store = DiskStore::open(&path.join("jobs.redb"), config.data_cache_bytes);
+    Ok(Arc::new(store.map_err(|error| match error {
+        StoreError::InUse => StartError::DirectoryInUse(path.clone()),
+        other => other.into(),
+    })?))
 }
 
 /// A cloud coming in: its bytes, counted against the budget of all requests.
@@ -213,6 +223,11 @@ impl Upload {
         self.expect(chunk.len() as u64)?;
         self.bytes.extend_from_slice(chunk);
         Ok(())
+    }
+
+    /// The bytes that have come.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// The share of the budget its bytes hold.

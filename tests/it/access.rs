@@ -8,6 +8,7 @@ use tempfile::TempDir;
 use tonic::{Code, Request};
 
 use super::support::{Running, clouds, conicoid, location, problem, reason, start};
+use super::survival::Process;
 
 /// A service with the keys `alpha` and `beta` of the names `a` and `b`.
 async fn with_keys() -> (Running, TempDir, PathBuf) {
@@ -44,6 +45,16 @@ async fn no_key_a_wrong_key_and_a_revoked_key_are_refused_alike() {
     fs::write(&path, format!("b {}\n", sha256(b"beta"))).unwrap();
     assert_eq!(submit(&running, Some("alpha")).await.status(), 401);
     assert_eq!(submit(&running, Some("beta")).await.status(), 202);
+}
+
+#[test]
+fn a_key_file_without_keys_is_warned_of() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("keys");
+    fs::write(&path, "# none yet\n").unwrap();
+    let path = path.display().to_string();
+    let mut process = Process::start(&["--log=warn", "--keys", &path]);
+    assert!(process.logged("has no keys").contains(&path));
 }
 
 #[tokio::test]
@@ -230,6 +241,23 @@ mod tls {
         assert_eq!(secure.get(None).await.unwrap().status(), 200);
         assert_eq!(secure.call(None).await, Ok(()));
         assert!(reqwest::get(secure.running.url("/docs")).await.is_err());
+    }
+
+    #[test]
+    fn a_handshake_that_fails_is_told_in_the_log() {
+        let (directory, authority) = (tempfile::tempdir().unwrap(), authority());
+        let (cert, key) = leaf(&authority);
+        let [cert, key] = [("--tls-cert", cert), ("--tls-key", key)].map(|(flag, text)| {
+            let path = directory.path().join(flag.trim_start_matches('-'));
+            fs::write(&path, text).unwrap();
+            format!("{flag}={}", path.display())
+        });
+        let mut process = Process::start(&["--log=warn", &cert, &key]);
+        let address = process.http.trim_start_matches("https://").to_owned();
+        let mut stream = std::net::TcpStream::connect(address).unwrap();
+        std::io::Write::write_all(&mut stream, b"GET / HTTP/1.1\r\n\r\n").unwrap();
+        let peer = stream.local_addr().unwrap().to_string();
+        assert!(process.logged("a TLS handshake failed").contains(&peer));
     }
 
     #[tokio::test]

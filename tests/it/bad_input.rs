@@ -46,6 +46,15 @@ fn bad_clouds() -> Vec<Case> {
             invalid,
             "malformed_cloud",
         ),
+        case("one point over and over", "1 2 3\n".repeat(60), 422, invalid, "extent_out_of_range"),
+        case(
+            "coordinates beyond reckoning",
+            "0 0 0\n1e51 2 3\n".repeat(60),
+            422,
+            invalid,
+            "extent_out_of_range",
+        ),
+        case("a compressed file", b"\x1f\x8b\x08\0\0\0", 415, invalid, "unknown_format"),
         case("words", "once upon a time\nthere was\na cloud\n", 415, invalid, "unknown_format"),
         case("binary rubbish", [0_u8, 159, 146, 150].repeat(64), 415, invalid, "unknown_format"),
         case(
@@ -97,6 +106,8 @@ async fn bad_requests_are_refused_over_http() {
         ("labels=some", 400, "invalid_parameter"),
         ("deadline=0", 400, "invalid_parameter"),
         ("method=magic", 400, "invalid_parameter"),
+        ("min_radius=5&max_radius=2", 400, "invalid_parameter"),
+        ("max_radius=2&min_radius=5", 400, "invalid_parameter"),
         ("format=dwg", 415, "unknown_format"),
         ("format=ply", 422, "malformed_cloud"),
         ("min_points=201", 422, "too_few_points"),
@@ -112,17 +123,62 @@ async fn bad_headers_and_paths_are_refused_over_http() {
     let client = reqwest::Client::new();
     let cloud = || clouds::xyz(&clouds::cylinder(200));
     let post = || client.post(running.url("/v1/segmentations")).body(cloud());
+    let form = "application/x-www-form-urlencoded";
+    let unbroken = || post().header("content-type", form).body(cloud().replace('\n', ""));
+    let later = || post().header("prefer", "respond-async");
     for (request, status, code) in [
         (post().header("content-type", "image/png"), 415, "unknown_format"),
         (post().header("content-encoding", "br"), 415, "unsupported_encoding"),
         (post().header("content-encoding", "gzip"), 400, "malformed_body"),
         (post().header("accept", "image/png"), 406, "not_acceptable"),
+        (unbroken(), 400, "malformed_body"),
+        (later().header("idempotency-key", "a b"), 400, "invalid_parameter"),
+        (client.get(running.url("/v1/jobs/x/result?foo=1")), 400, "unknown_parameter"),
         (post().header("content-type", "multipart/form-data"), 400, "malformed_body"),
         (client.get(running.url("/v2")), 404, "not_found"),
         (client.delete(running.url("/v1/segmentations")), 405, "method_not_allowed"),
     ] {
         let got = problem(request.send().await.unwrap()).await;
         assert_eq!(got, (status, code.to_owned()));
+    }
+}
+
+#[tokio::test]
+async fn what_curl_sends_by_default_and_codings_in_capitals_are_taken() {
+    let running = start(&[]).await;
+    let cloud = clouds::xyz(&clouds::cylinder(200));
+    let post = || reqwest::Client::new().post(running.url("/v1/segmentations"));
+    let form = post().header("content-type", "application/x-www-form-urlencoded");
+    assert_eq!(form.body(cloud.clone()).send().await.unwrap().status(), 200);
+    for coding in ["GZIP", "x-gzip"] {
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), Default::default());
+        std::io::Write::write_all(&mut gzip, cloud.as_bytes()).unwrap();
+        let packed = post().header("content-encoding", coding).body(gzip.finish().unwrap());
+        assert_eq!(packed.send().await.unwrap().status(), 200, "{coding}");
+    }
+}
+
+#[tokio::test]
+async fn a_parameter_stands_in_the_query_or_in_the_form() {
+    use reqwest::multipart::{Form, Part};
+    let running = start(LIMITS).await;
+    for (query, json, status) in [
+        ("seed=1", r#"{"seed": 2}"#, 400),
+        ("", r#"{"seed": 1, "seed": 2}"#, 400),
+        ("format=xyz", r#"{"format": "xyz"}"#, 400),
+        ("seed=1", r#"{"min_points": 60}"#, 200),
+        // the file's name is no parameter
+        ("", r#"{"format": "xyz"}"#, 200),
+    ] {
+        let cloud = Part::text(clouds::xyz(&clouds::cylinder(200))).file_name("cloud.txt");
+        let form = Form::new().part("cloud", cloud).text("parameters", json);
+        let url = running.url(&format!("/v1/segmentations?{query}"));
+        let answer = reqwest::Client::new().post(url).multipart(form).send().await.unwrap();
+        if status == 200 {
+            assert_eq!(answer.status(), 200, "{query} {json}");
+        } else {
+            assert_eq!(problem(answer).await, (400, "invalid_parameter".to_owned()), "{json}");
+        }
     }
 }
 
@@ -164,9 +220,14 @@ async fn bad_parameters_and_uploads_are_refused_over_grpc() {
         parameters: Some(parameters),
         ..Default::default()
     };
-    let wrong = v1::Parameters { min_points: Some(9), ..Default::default() };
-    let status = client.segment(request(wrong)).await.unwrap_err();
-    assert_eq!(reason(&status), (Code::InvalidArgument, "invalid_parameter".into()));
+    for wrong in [
+        v1::Parameters { min_points: Some(9), ..Default::default() },
+        v1::Parameters { axis_direction: vec![1.0, 2.0], ..Default::default() },
+        v1::Parameters { min_radius: Some(5.0), max_radius: Some(2.0), ..Default::default() },
+    ] {
+        let status = client.segment(request(wrong)).await.unwrap_err();
+        assert_eq!(reason(&status), (Code::InvalidArgument, "invalid_parameter".into()));
+    }
 
     let chunk = || v1::Upload { part: Some(Part::Chunk("0 0 0\n".into())) };
     let begin = |cloud: &'static str| {
@@ -178,6 +239,29 @@ async fn bad_parameters_and_uploads_are_refused_over_grpc() {
         let status = client.segment_upload(futures::stream::iter(parts)).await.unwrap_err();
         assert_eq!(reason(&status), (Code::InvalidArgument, "malformed_body".into()));
     }
+}
+
+#[tokio::test]
+async fn a_message_beyond_the_limit_is_refused_with_the_way_round_it() {
+    use v1::upload::Part;
+    let running = start(&["--max-message-bytes=1000"]).await;
+    let mut client = running.grpc().await;
+    let message =
+        |bytes| v1::SegmentRequest { cloud: vec![b' '; bytes].into(), ..Default::default() };
+    let chunk = v1::Upload { part: Some(Part::Chunk(vec![b' '; 2000].into())) };
+    let begin = v1::Upload { part: Some(Part::Start(v1::UploadStart::default())) };
+    let parts = futures::stream::iter([begin, chunk]);
+    for status in [
+        client.segment(message(1000)).await.unwrap_err(),
+        client.segment_upload(parts).await.unwrap_err(),
+    ] {
+        assert_eq!(reason(&status), (Code::ResourceExhausted, "body_too_large".into()));
+        assert!(status.message().contains("limit is: 1000 bytes"), "{status}");
+        assert!(status.message().contains("SegmentUpload"), "{status}");
+    }
+    // the limit is the message's, in which the cloud has a head of three bytes
+    let within = client.segment(message(997)).await.unwrap_err();
+    assert_ne!(within.code(), Code::ResourceExhausted, "{within}");
 }
 
 #[tokio::test]
@@ -204,7 +288,7 @@ async fn a_body_that_expands_beyond_the_limit_is_refused() {
 
 #[tokio::test]
 async fn bodies_and_clouds_are_taken_up_to_their_limit_and_not_beyond() {
-    let cloud = "0 0 0\n".repeat(20);
+    let cloud = "0 0 0\n1 0 0\n".repeat(10);
     for (flag, limit, code) in [
         ("--max-body-bytes", cloud.len(), "body_too_large"),
         ("--max-bytes-in-flight", cloud.len(), "overloaded"),

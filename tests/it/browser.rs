@@ -140,7 +140,7 @@ async fn the_viewer_shows_the_surfaces_of_a_file_that_is_dropped_on_it() {
         const p = new Uint8Array(4 * c.width * c.height); \
         c.dispatchEvent(new MouseEvent('dblclick')); requestAnimationFrame(() => { \
         gl.readPixels(0, 0, c.width, c.height, gl.RGBA, gl.UNSIGNED_BYTE, p); \
-        let n = 0; for (let i = 0; i < p.length; i += 4) n += Math.max(p[i], p[i + 1], p[i + 2]) > 100; \
+        let n = 0; for (let i = 0; i < p.length; i += 4) n += Math.max(p[i], p[i + 1], p[i + 2]) - Math.min(p[i], p[i + 1], p[i + 2]) > 100; \
         done(n / c.width / c.height); }); })); })()";
     let share = browser.eval(colours).await.as_f64().unwrap();
     assert!(share > 0.02, "{share} of the view has colour");
@@ -159,6 +159,35 @@ async fn the_viewer_tells_why_a_file_is_refused() {
 
 #[tokio::test(flavor = "multi_thread")]
 #[ignore = "needs chromedriver"]
+async fn another_run_of_the_same_cloud_takes_the_parameters_as_they_are_then() {
+    let running = start(&[]).await;
+    let browser = Browser::start().await;
+    browser.call("window/rect", json!({"width": 1280, "height": 850})).await;
+    browser.open(&running, "/").await;
+    browser.wait("!!document.querySelector('[name=min_points]')").await;
+    browser.eval("(document.querySelector('details').open = true, segment(new Blob([[...Array(900).keys()]\
+        .map(i => `${i % 30} ${i / 30 | 0} 0`).join('\\n')]), 'plate.xyz'))").await;
+    browser.wait("!document.getElementById('found').hidden").await;
+    // what was found stays in sight beside the open form
+    let inside = "(e => e.top >= 0 && e.bottom <= innerHeight)(document.getElementById('summary').getBoundingClientRect())";
+    browser.wait(inside).await;
+    browser
+        .eval("(document.querySelector('[name=min_points]').value = '901', document.getElementById('again').click())")
+        .await;
+    browser.wait("document.getElementById('problem').innerText.includes('too_few_points')").await;
+    // what the view showed was another run's
+    browser
+        .wait(
+            "document.getElementById('found').hidden && !document.body.classList.contains('shown')",
+        )
+        .await;
+    browser.eval("(document.querySelector('[name=min_points]').value = '', document.getElementById('again').click())").await;
+    browser.wait("document.getElementById('summary').innerText.includes('plate.xyz')").await;
+    assert_eq!(browser.complaints().await, Vec::<Value>::new());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "needs chromedriver"]
 async fn the_reference_lists_every_operation_schema_and_code() {
     let running = start(&[]).await;
     let browser = Browser::start().await;
@@ -166,6 +195,15 @@ async fn the_reference_lists_every_operation_schema_and_code() {
     browser.wait("document.getElementById('codes').rows.length > 10").await;
     assert_eq!(browser.eval("document.querySelectorAll('#operations section').length").await, 8);
     assert_eq!(browser.eval("document.getElementById('too_few_points').className").await, "here");
+    let missing = browser
+        .eval("['not_found', 'method_not_allowed'].filter(c => !document.getElementById(c))");
+    assert_eq!(missing.await, json!([]));
+    // no cell that should say something is empty
+    let empty = "[...document.querySelectorAll('main td')].filter(e => !e.innerText.trim()).length";
+    assert_eq!(browser.eval(empty).await, 0);
+    // and it is no wider than a telephone's screen
+    browser.call("window/rect", json!({"width": 500, "height": 800})).await;
+    browser.wait("innerWidth <= 500 && document.documentElement.scrollWidth <= innerWidth").await;
     let broken = "[...document.querySelectorAll('a[href^=\"#\"]')].filter(a => \
         !document.getElementById(a.getAttribute('href').slice(1))).map(a => a.href)";
     assert_eq!(browser.eval(broken).await, json!([]));

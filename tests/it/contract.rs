@@ -2,9 +2,10 @@
 
 use std::{fs, path::Path};
 
+use conicoid::segment::{Parameters, Silent, Uncertainty, segment};
 use serde_json::Value;
 
-use super::support::{conicoid, start};
+use super::support::{conicoid, start, truth::smooth};
 
 /// Compares a contract with its file; `UPDATE_CONTRACTS=1 cargo test --release` rewrites it.
 fn compare(file: &str, contract: &str) {
@@ -34,6 +35,62 @@ async fn the_openapi_document_and_its_page_are_served() {
     assert!(page.contains("/openapi.json"));
     // works offline: nothing is loaded from elsewhere
     assert!(!page.contains("http://") && !page.contains("https://"));
+}
+
+/// Calls `visit` with every media type object in the document, its name and whether it is an answer's.
+fn each_media_type(value: &Value, visit: &mut impl FnMut(&str, &Value)) {
+    let Some(map) = value.as_object() else {
+        return value.as_array().into_iter().flatten().for_each(|v| each_media_type(v, visit));
+    };
+    for (key, value) in map {
+        match value.as_object() {
+            Some(content) if key == "content" => {
+                content.iter().for_each(|(name, media_type)| visit(name, media_type));
+            }
+            _ => each_media_type(value, visit),
+        }
+    }
+}
+
+#[test]
+fn media_types_have_the_keys_of_openapi_3_1_alone_and_files_say_what_they_hold() {
+    let document: Value = serde_json::from_slice(&conicoid(&["openapi"], None).stdout).unwrap();
+    let mut seen = 0;
+    each_media_type(&document["paths"], &mut |name, media_type| {
+        seen += 1;
+        for key in media_type.as_object().unwrap().keys() {
+            let known = ["schema", "example", "examples", "encoding"].contains(&key.as_str());
+            assert!(known || key.starts_with("x-"), "{name} has {key}");
+        }
+        let schema = &media_type["schema"];
+        let described = schema["format"] != "binary" || schema["description"].is_string();
+        assert!(described, "{name}: {schema}");
+    });
+    assert!(seen > 20);
+}
+
+#[test]
+fn a_stream_of_events_is_text_to_the_contract() {
+    let document: Value = serde_json::from_slice(&conicoid(&["openapi"], None).stdout).unwrap();
+    let answer = &document["paths"]["/v1/jobs/{id}/events"]["get"]["responses"]["200"];
+    assert_eq!(answer["content"]["text/event-stream"]["schema"]["type"], "string");
+}
+
+#[test]
+fn the_uncertainty_of_every_type_is_as_the_contract_describes_it() {
+    let mut types = std::collections::BTreeSet::new();
+    for name in ["scene_10k", "chain3", "part"] {
+        let cloud = smooth::make(name, 1).unwrap();
+        let found = segment(&cloud.input(), &Parameters::default(), &Silent).unwrap();
+        for region in found.regions {
+            let Some(told) = region.uncertainty else { continue };
+            let described: Uncertainty = serde_json::from_value(told.clone()).unwrap();
+            assert_eq!(serde_json::to_value(described).unwrap(), told);
+            types.insert(region.surface_type.name());
+        }
+    }
+    let all = ["cone", "cylinder", "ellipsoid", "elliptic_cylinder", "plane", "sphere"];
+    assert_eq!(types.into_iter().collect::<Vec<_>>(), all);
 }
 
 #[test]

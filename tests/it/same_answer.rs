@@ -133,16 +133,50 @@ fn the_command_reads_standard_input_and_writes_standard_output() {
     assert!(answer.get("labels").is_none());
 }
 
+#[tokio::test]
+async fn the_command_writes_the_form_that_its_output_or_a_flag_names() {
+    let running = start(&[]).await;
+    let directory = tempfile::tempdir().unwrap();
+    let input = directory.path().join("cloud.ply");
+    let cloud = clouds::ply(&clouds::bracket(3000));
+    fs::write(&input, &cloud).unwrap();
+    let file = |name: &str| directory.path().join(name).display().to_string();
+    let segment = |output: &str, flags: &[&str]| {
+        let output = file(output);
+        let args = [&["segment", input.to_str().unwrap(), "-o", &output], flags].concat();
+        assert!(conicoid(&args, None).status.success());
+        fs::read(output).unwrap()
+    };
+    for (form, accept) in [("npy", "application/x-npy"), ("ply", "model/ply"), ("csv", "text/csv")]
+    {
+        let request = reqwest::Client::new().post(running.url("/v1/segmentations"));
+        let request = request.header("accept", accept).body(cloud.clone());
+        let expected = request.send().await.unwrap().bytes().await.unwrap();
+        assert_eq!(segment(&format!("a.{}", form.to_uppercase()), &[]), expected, "{form}");
+        assert_eq!(segment("b.json", &["--output-format", form]), expected, "{form}");
+    }
+    let message = v1::Segmentation::decode(&*segment("c.pb", &["--labels=none"])).unwrap();
+    assert!(message.labels.is_empty() && !message.regions.is_empty());
+    let document: Value = serde_json::from_slice(&segment("d.txt", &[])).unwrap();
+    assert_eq!(document["labels"].as_array().unwrap().len(), 3000);
+}
+
 #[test]
 fn a_bad_flag_or_file_ends_the_command_with_a_clear_message() {
     for (args, words) in [
         (["segment", "nowhere.ply", "--seed=1"], "cannot read nowhere.ply"),
         (["segment", "-", "--min-points=2"], "a whole number from 10"),
         (["segment", "-", "--surfaces=blob"], "blob"),
+        (["segment", "-", "--threads=0"], "a whole number above 0"),
+        (["segment", "-", "--format=dwg"], "ply, xyz, pcd"),
+        (["segment", "-", "--output-format=dwg"], "json, pb, npy, ply, csv"),
         (["segment", "-", "--seed=1"], "the input is empty"),
     ] {
         let run = conicoid(&args, None);
         let told = String::from_utf8_lossy(&run.stderr);
         assert!(!run.status.success() && told.contains(words), "{args:?}: {told}");
     }
+    let radii = ["segment", "-", "--min-radius=5", "--max-radius=2"];
+    let told = conicoid(&radii, None).stderr;
+    assert!(String::from_utf8_lossy(&told).contains("is above 'max_radius'"));
 }

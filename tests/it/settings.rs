@@ -32,6 +32,11 @@ fn a_wrong_setting_stops_the_start_and_is_named() {
         ("[http]\nport = 1\n", "'http' is no setting"),
         ("queue = \n", "is not TOML"),
         ("queue = 0\n", "--queue"),
+        ("threads = 0\n", "not a whole number above 0"),
+        ("cors_origins = ['viewer.example']\n", "not an origin"),
+        ("cors_origins = ['https://viewer.example/']\n", "not an origin"),
+        ("cors_origins = ['*']\n", "not an origin"),
+        ("otlp_endpoint = 'collector'\n", "not a URL"),
         ("result_ttl = -1\n", "--result-ttl"),
         ("http = 'nowhere'\n", "--http"),
         ("tls_cert = 'cert.pem'\n", "tls_cert and tls_key go together"),
@@ -52,9 +57,44 @@ fn a_wrong_setting_stops_the_start_and_is_named() {
         );
         let told = String::from_utf8_lossy(&run.stderr);
         assert!(!run.status.success() && told.contains(words), "{text}: {told}");
+        // those of other files than this one tell theirs
+        assert!(
+            told.contains(&path) || words.contains("key") || words.contains("filter"),
+            "{told}"
+        );
     }
     let run = conicoid(&["serve", "--config", "/nowhere.toml"], None);
     assert!(String::from_utf8_lossy(&run.stderr).contains("cannot read the settings file"));
+}
+
+#[test]
+fn a_wrong_flag_is_not_the_fault_of_the_file() {
+    let (_directory, path) = file("queue = 7\n");
+    let run = conicoid(&["serve", "--config", &path, "--queue=0"], None);
+    let told = String::from_utf8_lossy(&run.stderr);
+    assert!(!run.status.success() && told.contains("--queue") && !told.contains(&path), "{told}");
+}
+
+#[tokio::test]
+async fn a_data_directory_has_one_process() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().to_str().unwrap();
+    let _running = start(&["--data-dir", path]).await;
+    let flags = ["serve", "--data-dir", path, "--http=127.0.0.1:0", "--grpc=127.0.0.1:0"];
+    let run = conicoid(&[&flags[..], &["--admin=127.0.0.1:0"]].concat(), None);
+    let told = String::from_utf8_lossy(&run.stderr);
+    assert!(!run.status.success() && told.contains(path) && told.contains("another process"));
+}
+
+#[test]
+fn a_service_that_does_not_answer_is_named() {
+    // a port that nobody listens on any more
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    drop(taken);
+    let run = conicoid(&["health", "--admin", &address], None);
+    let told = String::from_utf8_lossy(&run.stderr);
+    assert!(!run.status.success() && told.contains(&address), "{told}");
 }
 
 #[test]

@@ -27,11 +27,18 @@ impl Process {
             .args(["--threads=1", "--log=error"])
             .args(flags)
             .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
             .spawn()
             .unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         Self { child, http: line.trim().to_owned() }
+    }
+
+    /// The first line with `words` that it writes into its log; nothing more is read of it then.
+    pub fn logged(&mut self, words: &str) -> String {
+        let lines = BufReader::new(self.child.stderr.take().unwrap()).lines();
+        lines.map_while(Result::ok).find(|line| line.contains(words)).unwrap_or_default()
     }
 
     fn keeping(data: &Path) -> Self {

@@ -40,13 +40,21 @@ pub(super) struct Header<'a> {
 /// The header's lines as they stand.
 #[derive(Default)]
 struct Entries<'a> {
-    fields: Vec<&'a [u8]>,
-    sizes: Vec<&'a [u8]>,
-    types: Vec<&'a [u8]>,
-    counts: Vec<&'a [u8]>,
+    fields: Line<'a>,
+    sizes: Line<'a>,
+    types: Line<'a>,
+    counts: Line<'a>,
     width: Option<u64>,
     height: Option<u64>,
-    points: Option<u64>,
+    /// The count and its line.
+    points: Option<(u64, usize)>,
+}
+
+/// The words of a line behind its keyword, and its number.
+#[derive(Default)]
+struct Line<'a> {
+    words: Vec<&'a [u8]>,
+    number: usize,
 }
 
 /// Largest number of values a point may have in one field.
@@ -59,7 +67,7 @@ fn error(line: usize, reason: impl Into<String>) -> FormatError {
 fn unsigned(word: Option<&[u8]>, line: usize) -> Result<u64, FormatError> {
     let word = word.unwrap_or_default();
     let number = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok());
-    number.ok_or_else(|| error(line, format!("{:?} is no count", excerpt(word))))
+    number.ok_or_else(|| error(line, format!("'{}' is no count", excerpt(word))))
 }
 
 impl<'a> Header<'a> {
@@ -115,46 +123,68 @@ impl<'a> Entries<'a> {
         mut words: impl Iterator<Item = &'a [u8]>,
         line: usize,
     ) -> Result<(), FormatError> {
+        let mut all = || Line { words: words.by_ref().collect(), number: line };
         match keyword {
             b"VERSION" | b"VIEWPOINT" => {}
-            b"FIELDS" | b"COLUMNS" => self.fields = words.collect(),
-            b"SIZE" => self.sizes = words.collect(),
-            b"TYPE" => self.types = words.collect(),
-            b"COUNT" => self.counts = words.collect(),
+            b"FIELDS" | b"COLUMNS" => self.fields = all(),
+            b"SIZE" => self.sizes = all(),
+            b"TYPE" => self.types = all(),
+            b"COUNT" => self.counts = all(),
             b"WIDTH" => self.width = Some(unsigned(words.next(), line)?),
             b"HEIGHT" => self.height = Some(unsigned(words.next(), line)?),
-            b"POINTS" => self.points = Some(unsigned(words.next(), line)?),
+            b"POINTS" => self.points = Some((unsigned(words.next(), line)?, line)),
             _ => return Err(error(line, format!("unknown keyword {}", excerpt(keyword)))),
         }
         Ok(())
     }
 
     fn into_header(self, data: Data, body: usize, line: usize) -> Result<Header<'a>, FormatError> {
-        let fields = self.fields()?;
+        let fields = self.fields(line)?;
         let width = self.width.ok_or_else(|| error(line, "no WIDTH line"))?;
         let height = self.height.unwrap_or(1);
         let area = width.checked_mul(height);
-        let points = self.points.or(area).ok_or_else(|| error(line, "WIDTH x HEIGHT overflows"))?;
+        let area = area.ok_or_else(|| error(line, "WIDTH x HEIGHT overflows"))?;
+        let points = match self.points {
+            Some((points, line)) if points != area => {
+                let reason = format!("POINTS {points} is not WIDTH {width} x HEIGHT {height}");
+                return Err(error(line, reason));
+            }
+            _ => area,
+        };
         Ok(Header { fields, points, data, body, width, height })
     }
 
-    fn fields(&self) -> Result<Vec<Field<'a>>, FormatError> {
-        let n = self.fields.len();
-        if n == 0 || self.sizes.len() != n || self.types.len() != n {
-            return Err(error(1, "FIELDS, SIZE and TYPE must have as many entries"));
+    /// The fields that four lines describe; `end` is the header's last line.
+    fn fields(&self, end: usize) -> Result<Vec<Field<'a>>, FormatError> {
+        let n = self.fields.words.len();
+        if n == 0 {
+            return Err(error(end, "no FIELDS line above this one"));
         }
-        if !self.counts.is_empty() && self.counts.len() != n {
-            return Err(error(1, "COUNT must have as many entries as FIELDS"));
+        for (keyword, line) in
+            [("SIZE", &self.sizes), ("TYPE", &self.types), ("COUNT", &self.counts)]
+        {
+            // COUNT may be left out
+            if line.words.len() != n && !(keyword == "COUNT" && line.words.is_empty()) {
+                let at = if line.number > 0 { line.number } else { end };
+                let found = line.words.len();
+                let reason = format!("{keyword} has {found} entries and FIELDS has {n}");
+                return Err(error(at, reason));
+            }
         }
         let field = |i: usize| {
-            let (size, kind) = (self.sizes[i], self.types[i]);
+            let (size, kind) = (self.sizes.words[i], self.types.words[i]);
             let scalar = parse_scalar(kind, size).ok_or_else(|| {
-                error(1, format!("unknown TYPE {} of SIZE {}", excerpt(kind), excerpt(size)))
+                let reason = format!("unknown TYPE {} of SIZE {}", excerpt(kind), excerpt(size));
+                error(self.types.number, reason)
             })?;
-            let count = self.counts.get(i).map_or(Ok(1), |&count| unsigned(Some(count), 1))?;
+            let at = self.counts.number;
+            let count = self.counts.words.get(i);
+            let count = count.map_or(Ok(1), |&count| unsigned(Some(count), at))?;
             match usize::try_from(count) {
-                Ok(count @ 1..=MAX_COUNT) => Ok(Field { name: self.fields[i], scalar, count }),
-                _ => Err(error(1, format!("COUNT {count} is not in 1..={MAX_COUNT}"))),
+                Ok(count @ 1..=MAX_COUNT) => {
+                    Ok(Field { name: self.fields.words[i], scalar, count })
+                }
+                _ => Err(error(at, format!("COUNT {count} is not in 1..={MAX_COUNT}"))),
             }
         };
         (0..n).map(field).collect()

@@ -71,6 +71,7 @@ fn every_cut_of_a_binary_body_is_an_error() {
 fn a_count_beyond_the_bytes_is_refused_before_it_is_believed() {
     let announced = 1_000_000_000_000;
     let header = HEADER.replace("POINTS 4", &format!("POINTS {announced}"));
+    let header = header.replace("WIDTH 2\nHEIGHT 2", &format!("WIDTH {announced}\nHEIGHT 1"));
     for (data, found) in [("ascii\n1 1 1 1 1 1 1", 1), ("binary\n0123456789012345678901", 1)] {
         assert_eq!(
             parse(format!("{header}{data}").as_bytes()),
@@ -99,8 +100,22 @@ fn headers_without_coordinates_or_with_odd_entries_are_refused() {
         parse(format!("{header}binary\n").as_bytes()),
         Err(FormatError::Truncated { .. } | FormatError::NoCoordinates { .. })
     ));
-    for (from, to) in [("SIZE 1", "SIZE 3"), ("TYPE U F", "TYPE U"), ("COUNT 3", "COUNT 0")] {
+    for (from, to, at) in [
+        ("SIZE 1", "SIZE 3", 5),
+        ("SIZE 1", "SIZE", 4),
+        ("TYPE U F", "TYPE U", 5),
+        ("TYPE U F U F I\n", "", 10),
+        ("COUNT 3", "COUNT 0", 6),
+        ("COUNT 3", "COUNT x", 6),
+        ("COUNT 3", "COUNT", 6),
+        ("WIDTH 2", "WIDTH two", 7),
+        ("POINTS 4", "POINTS 3", 10),
+        ("POINTS 4", "POINTS 5", 10),
+    ] {
         let text = format!("{}binary\n", HEADER.replace(from, to));
-        assert!(matches!(parse(text.as_bytes()), Err(FormatError::Header { .. })), "{to}");
+        match parse(text.as_bytes()) {
+            Err(FormatError::Header { line, .. }) => assert_eq!(line, at, "{to}"),
+            other => panic!("{to}: {other:?}"),
+        }
     }
 }

@@ -64,7 +64,8 @@ fn error(line: usize, reason: impl Into<String>) -> FormatError {
 impl<'a> Header<'a> {
     /// Parses the lines up to `end_header`.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
-        let mut lines = Lines { bytes, position: 0, number: 0 };
+        let end = if is_cr_alone(bytes) { b'\r' } else { b'\n' };
+        let mut lines = Lines { bytes, position: 0, number: 0, end };
         if lines.next() != Some(b"ply") {
             return Err(error(1, "the first line must be \"ply\""));
         }
@@ -130,9 +131,12 @@ impl<'a> Header<'a> {
         let names: Vec<_> = self
             .elements
             .iter()
-            .flat_map(|e| e.properties.iter().map(|p| (e.name, p.name)))
+            .flat_map(|e| e.properties.iter().map(|p| (e.name, p)))
             .take(12)
-            .map(|(e, p)| format!("{}.{}", excerpt(e), excerpt(p)))
+            .map(|(e, p)| {
+                let list = if matches!(p.kind, Kind::List { .. }) { " (a list)" } else { "" };
+                format!("{}.{}{list}", excerpt(e), excerpt(p.name))
+            })
             .collect();
         if names.is_empty() { "none".into() } else { names.join(", ") }
     }
@@ -225,18 +229,25 @@ fn unsigned(word: &[u8]) -> Option<u64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// Header lines, ended by LF or CR LF.
+/// Whether the header's lines end with CR and no LF, as its first one does.
+fn is_cr_alone(bytes: &[u8]) -> bool {
+    let end = bytes.iter().position(|b| matches!(b, b'\r' | b'\n'));
+    end.is_some_and(|i| bytes[i] == b'\r' && bytes.get(i + 1) != Some(&b'\n'))
+}
+
+/// Header lines, ended by LF or CR LF, or by CR alone.
 struct Lines<'a> {
     bytes: &'a [u8],
     position: usize,
     number: usize,
+    end: u8,
 }
 
 impl<'a> Lines<'a> {
     fn next(&mut self) -> Option<&'a [u8]> {
         let rest = &self.bytes[self.position..];
         // a line without its end is no line of a header
-        let end = rest.iter().position(|&b| b == b'\n')?;
+        let end = rest.iter().position(|&b| b == self.end)?;
         self.position += end + 1;
         self.number += 1;
         Some(rest[..end].trim_ascii())
