@@ -28,6 +28,7 @@ mod search;
 mod select;
 mod spread;
 mod steps;
+mod strays;
 mod uncertainty;
 mod union;
 
@@ -266,8 +267,13 @@ fn label_all(
     monitor: &dyn Monitor,
 ) -> Result<spread::Labelled, Cancelled> {
     if scene.len() == points.len() {
-        let shares = finish::shares(scene, model, sigma);
-        Ok(spread::Labelled { labels: model.labels.clone(), shares })
+        let mut shares = finish::shares(scene, model, sigma);
+        let mut labels = model.labels.clone();
+        for i in strays::strays(scene, &labels) {
+            labels[i as usize] = -1;
+        }
+        shares.retain(|(i, _)| labels[*i as usize] >= 0);
+        Ok(spread::Labelled { labels, shares })
     } else {
         spread::spread(points, scene, model, sigma, monitor)
     }
