@@ -7,17 +7,19 @@
 use rayon::prelude::*;
 
 use super::engine::Model;
-use super::family::Families;
+use super::family::{Families, Scored};
 use super::hypothesis::correlation;
 use super::label::members;
 use super::scene::Scene;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
-use crate::fit::{Ruler, Shape};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::{Mat3, Vec3};
 
 /// Mean correlation of neighbouring residuals beyond which a surface may stand for two.
-const SUSPECT: f64 = 0.05;
+const SUSPECT: f64 = 0.04;
+/// What chance adds, times the root of the number of points.
+const CHANCE: f64 = 1.5;
 /// Points of a region that cuts are looked for on, and the least of each side.
 const SAMPLE: usize = 2000;
 const LEAST: usize = 100;
@@ -25,6 +27,10 @@ const LEAST: usize = 100;
 const SIDE: usize = 600;
 /// Rounds of fitting the sides and cutting anew.
 const ROUNDS: usize = 6;
+/// What two halves must save in chi2 beside one, each under a surface of the same family, for a cut to be looked for.
+const PROMISING: f64 = 40.0;
+/// Reduced chi2 up to which a surface explains a side.
+const EXPLAINED: f64 = 1.35;
 /// What two surfaces must save in BIC beside one, over their parameters.
 const STRONG: f64 = 60.0;
 
@@ -44,8 +50,10 @@ pub fn split_compounds(scene: &Scene, model: &mut Model, families: &Families) ->
         .enumerate()
         .map(|(l, (shape, group))| {
             let inside = |j: u32| frozen.labels[j as usize] == l as i32;
+            let chance = CHANCE / (group.len().max(1) as f64).sqrt();
             let suspect = group.len() >= 2 * LEAST
-                && correlation(scene, shape, group, families.sigma, inside) > SUSPECT;
+                && shape.family.dof() > Family::Cylinder.dof()
+                && correlation(scene, shape, group, families.sigma, inside) > SUSPECT + chance;
             suspect.then(|| split(scene, shape, group, families))?
         })
         .collect();
@@ -128,6 +136,11 @@ impl Along {
     fn split(&self, shape: &Shape, families: &Families) -> Option<(Split, f64)> {
         let n = self.points.len();
         let mut at = n / 2;
+        let chi2 = |points: &[Vec3]| Some(Self::own(points, shape, families)?.chi2);
+        let (below, beyond) = self.points.split_at(at);
+        if chi2(below)? + chi2(beyond)? + PROMISING > families.score(*shape, &self.points).chi2 {
+            return None;
+        }
         let mut shapes = [self.best(0..at, shape, families)?, self.best(at..n, shape, families)?];
         for round in 0..ROUNDS {
             let next = self.cut(&shapes, families.sigma);
@@ -148,9 +161,18 @@ impl Along {
         shapes = [self.best(0..at, &shapes[0], families)?, self.best(at..n, &shapes[1], families)?];
         at = self.cut(&shapes, families.sigma).clamp(1, n - 1);
         let (below, beyond) = self.points.split_at(at);
-        let bic = families.score(shapes[0], below).bic + families.score(shapes[1], beyond).bic;
+        let sides = [families.score(shapes[0], below), families.score(shapes[1], beyond)];
+        if sides.iter().any(|s| s.reduced > EXPLAINED) {
+            return None;
+        }
+        let bic = sides[0].bic + sides[1].bic;
         let between = 0.5 * (self.axis.dot(&below[at - 1]) + self.axis.dot(&beyond[0]));
         Some((Split { cut: Cut { axis: self.axis, at: between }, shapes }, bic))
+    }
+
+    /// A surface of the same family fitted to some of the points.
+    fn own(points: &[Vec3], shape: &Shape, families: &Families) -> Option<Scored> {
+        families.polish(shape, points, 8).map(|f| families.score(f.shape, points))
     }
 
     /// The surface that explains some of the points best.
@@ -189,7 +211,6 @@ impl Along {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::Family;
     use crate::fit::fits::Random;
     use crate::segment::Parameters;
     use crate::segment::distance::family::Policy;

@@ -15,6 +15,8 @@ const SMOOTH_CUT: f64 = 16.0;
 /// And this much across a sharp edge: a point past it says that it lies there itself, not that its
 /// neighbour does.
 const SHARP_CUT: f64 = 1.0;
+/// Surfaces that part by more than this within a neighbourhood, squared and in sigmas, meet at a sharp edge.
+const SHARP: f64 = ACCEPT * ACCEPT;
 /// Evidence for one label over the next best that needs no more points' word.
 const ENOUGH: f64 = 12.0;
 /// Rings of neighbours' neighbours that are asked where there is less than that.
@@ -106,24 +108,24 @@ impl Energies {
     /// The neighbours' evidence is what places a smooth joint better than the point alone can: there each
     /// tells the surfaces apart a little, and together they tell much. Two surfaces that join smoothly part with
     /// the square of the way from the joint, on either side alike: the more of their points are asked, the
-    /// better, as long as they see one joint. So rings of neighbours are added until they tell enough.
+    /// better, as long as they see one joint and no edge. So rings of neighbours are added until they tell enough.
     pub fn at(of: &impl Labelling, i: u32) -> Self {
-        let near = of.neighbours(i);
-        let mut met = Met::of(of, i);
-        let mut asked = Asked::of(near);
-        let sharp = met.is_sharp(of, i, near);
-        let cut = if sharp { SHARP_CUT } else { SMOOTH_CUT };
-        met.ask(of, near, cut);
-        if !sharp && met.len > 1 {
-            for _ in 0..RINGS {
-                if met.margin() > ENOUGH {
-                    break;
-                }
-                let ring = asked.widen(of, i);
-                met.ask(of, ring, cut);
+        let (mut met, parting) = Met::heard(of, i);
+        let mut asked = None;
+        for ring in 1..=RINGS {
+            let width = (ring + 1) as f64;
+            if met.len < 2 || parting * width * width > SHARP || met.margin() > ENOUGH {
+                break;
             }
+            let asked = asked.get_or_insert_with(|| Asked::of(of.neighbours(i)));
+            met.ask(of, asked.widen(of, i), SMOOTH_CUT);
         }
         met.energies()
+    }
+
+    /// [`at`](Self::at) by the nearest neighbours alone: for trials of surfaces, whose labels do not stay.
+    pub fn near(of: &impl Labelling, i: u32) -> Self {
+        Met::heard(of, i).0.energies()
     }
 
     /// The labels and their costs.
@@ -166,18 +168,32 @@ impl Met {
         Self { len, labels, own, around: [0.0; MOST], for_it: [0; MOST], asked: 0 }
     }
 
+    /// What the nearest neighbours of a point say, and how far surfaces part among them.
+    fn heard(of: &impl Labelling, i: u32) -> (Self, f64) {
+        let near = of.neighbours(i);
+        let mut met = Self::of(of, i);
+        let parting = met.parting(of, i, near);
+        met.ask(of, near, if parting > SHARP { SHARP_CUT } else { SMOOTH_CUT });
+        (met, parting)
+    }
+
     /// Adds what points say, each at most `cut`.
     fn ask(&mut self, of: &impl Labelling, points: &[u32], cut: f64) {
         for points in points.chunks(K) {
-            self.ask_few(of, points, cut);
+            // Mostly two surfaces meet: the table is no larger than it need be.
+            match self.len {
+                ..=2 => self.ask_few::<2>(of, points, cut),
+                3..=5 => self.ask_few::<5>(of, points, cut),
+                _ => self.ask_few::<MOST>(of, points, cut),
+            }
         }
     }
 
-    fn ask_few(&mut self, of: &impl Labelling, points: &[u32], cut: f64) {
+    fn ask_few<const M: usize>(&mut self, of: &impl Labelling, points: &[u32], cut: f64) {
         let n = points.len();
         let mut at = [Vec3::zeros(); K];
         at.iter_mut().zip(points).for_each(|(p, &j)| *p = *of.point(j));
-        let mut sq = [[0.0; K]; MOST];
+        let mut sq = [[0.0; K]; M];
         let mut least = [f64::INFINITY; K];
         let inverse = of.inverse();
         for (sq, &l) in sq.iter_mut().zip(&self.labels[..self.len]) {
@@ -217,19 +233,20 @@ impl Met {
         Energies { all, len }
     }
 
-    /// Whether the two nearest surfaces meet at an edge that single neighbours see: past it they
-    /// part by more than the noise within the neighbourhood.
-    fn is_sharp(&self, of: &impl Labelling, i: u32, near: &[u32]) -> bool {
-        let mut order: [usize; MOST] = std::array::from_fn(|c| c);
-        let order = &mut order[..self.len];
-        let (true, Some(&middle)) = (order.len() > 1, near.get(near.len() / 2)) else {
-            return false;
+    /// By how much the two nearest surfaces part within the neighbourhood if they meet at the point, squared and in
+    /// sigmas: much where they meet at an edge that single neighbours see.
+    fn parting(&self, of: &impl Labelling, i: u32, near: &[u32]) -> f64 {
+        let (true, Some(&middle)) = (self.len > 1, near.get(near.len() / 2)) else { return 0.0 };
+        // The nearest, and the nearest of the others; the first where several are as near.
+        let nearest = |but: usize| {
+            let others = (0..self.len).filter(|&c| c != but);
+            others.min_by(|&a, &b| self.own[a].total_cmp(&self.own[b])).unwrap_or(0)
         };
-        order.sort_by(|&a, &b| self.own[a].total_cmp(&self.own[b]));
+        let a = nearest(usize::MAX);
         let p = of.point(i);
         let sq_reach = (of.point(middle) - p).norm_squared();
-        let [a, b] = [0, 1].map(|k| of.ruler(self.labels[order[k]]).shape().offset(p).normal);
-        a.cross(&b).norm_squared() * sq_reach * of.inverse() > ACCEPT * ACCEPT
+        let [a, b] = [a, nearest(a)].map(|c| of.ruler(self.labels[c]).shape().offset(p).normal);
+        a.cross(&b).norm_squared() * sq_reach * of.inverse()
     }
 }
 

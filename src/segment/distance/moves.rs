@@ -324,7 +324,7 @@ impl<'a> Trial<'a> {
             let sq = self.distances[k].powi(2) * place.inverse;
             if sq <= UNASSIGNED { old } else { -1 }
         } else {
-            Energies::at(&Tried { place, labels: &self.labels, ruler }, i as u32).best()
+            Energies::near(&Tried { place, labels: &self.labels, ruler }, i as u32).best()
         };
         if best == old {
             return false;
