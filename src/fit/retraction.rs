@@ -27,7 +27,8 @@ impl Moments {
 }
 
 /// The shape after a step `delta` of its degrees of freedom, in the order of [`Shape::stepped`], taken in the
-/// coefficients of its equation where that is of second degree. `None` where what comes out is not of the family.
+/// coefficients of its equation where that is of second degree; that of a cone seen from one side in how it touches its
+/// points. `None` where what comes out is not of the family.
 pub fn retracted(shape: &Shape, delta: &[f64], moments: &Moments) -> Option<Shape> {
     let three = |from: usize| Vec3::new(delta[from], delta[from + 1], delta[from + 2]);
     match shape.family {

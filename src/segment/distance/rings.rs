@@ -33,12 +33,12 @@ pub fn cones_instead(
     families: &Families,
 ) -> Option<[(Shape, Vec<u32>); 2]> {
     let shape = &model.shapes[region];
-    let axes = match shape.family {
+    let mut axes = match shape.family {
         Family::Torus => 2..3,
         Family::Ellipsoid => 0..3,
         _ => return None,
     };
-    axes.into_iter().find_map(|k| {
+    axes.find_map(|k| {
         let axis = shape.frame.column(k).into_owned();
         let rings = parted(scene, shape, &axis, group)?;
         let points = rings.each_ref().map(|r| take(scene, r, SAMPLE));
@@ -88,7 +88,7 @@ fn parted(scene: &Scene, shape: &Shape, axis: &Vec3, group: &[u32]) -> Option<[V
         })
     };
     let rings = sides(&heights).or_else(|| sides(&radii))?;
-    (rings.iter().all(|r| r.len() >= LEAST)).then_some(rings)
+    rings.iter().all(|r| r.len() >= LEAST).then_some(rings)
 }
 
 /// The cone through a ring of points around the axis of a surface that touches it there.
