@@ -43,8 +43,9 @@ pub fn fit_columns(start: &Shape, points: &Columns, o: &Options) -> Option<Fitte
     if points.count <= start.family.dof() || !start.is_proper() || points.total <= 0.0 {
         return None;
     }
-    let loss = o.cauchy.map_or(Loss::Squares, |c| Loss::Cauchy(1.0 / (c * c)));
-    let (shape, least) = descend(&start.translated(&-points.origin), points, loss, o);
+    let start = start.translated(&-points.origin);
+    let near = o.cauchy.and_then(|cut| approached(&start, points, cut)).unwrap_or(start);
+    let (shape, least) = descend(&near, points, o);
     let mean_sq = least / points.total;
     mean_sq.is_finite().then(|| Fitted { shape: shape.translated(&points.origin), mean_sq })
 }
@@ -61,8 +62,54 @@ const LEAST_DAMPING: f64 = 1e-12;
 const FIRST_DAMPING: f64 = 1e-3;
 const MOST_DAMPING: f64 = 1e8;
 
+/// Cauchy's loss with this constant.
+fn cauchy(cut: f64) -> Loss {
+    Loss::Cauchy(1.0 / (cut * cut))
+}
+
+/// Residuals this many times Cauchy's constant say nothing about where their surface is.
+const FAR: f64 = 10.0;
+/// Factor by which the constant falls at least from one fit to the next, and the steps of each.
+const NARROWER: f64 = 0.25;
+const APPROACH: usize = 8;
+
+/// A shape nearer to the points than a start far from them, by fits with a constant as wide as their residuals;
+/// none where the start is near already or that leads nowhere.
+///
+/// To Cauchy's loss residuals far beyond its constant are all outliers: it is least where the surface runs through a
+/// few of the points, whichever they are, and holds a fit there.
+fn approached(start: &Shape, points: &Columns, cut: f64) -> Option<Shape> {
+    let before = cost(start, points, cauchy(cut));
+    let mut wide = cut * typical(before / points.total, cut);
+    if wide < FAR * cut {
+        return None;
+    }
+    let mut shape = *start;
+    while wide > cut && wide.is_finite() {
+        let options = Options { cauchy: Some(wide), steps: APPROACH, tolerance: 0.1 };
+        let (next, left) = descend(&shape, points, &options);
+        shape = next;
+        wide *= typical(left / points.total, wide).min(NARROWER);
+    }
+    (cost(&shape, points, cauchy(cut)) < before).then_some(shape)
+}
+
+/// The residuals whose mean loss this is, over Cauchy's constant: their geometric mean where they are beyond it,
+/// their root mean square within it.
+fn typical(mean_loss: f64, cut: f64) -> f64 {
+    (mean_loss / (cut * cut)).exp_m1().sqrt()
+}
+
+/// Residuals this many times Cauchy's constant are more than noise.
+const BEYOND: f64 = 0.5;
+/// Damping below which it no longer holds a step back.
+const FREE: f64 = 1e-9;
+
 /// Steps from `start` while the cost falls; the best shape and its cost. The points' centroid is zero.
-fn descend(start: &Shape, points: &Columns, loss: Loss, o: &Options) -> (Shape, f64) {
+fn descend(start: &Shape, points: &Columns, o: &Options) -> (Shape, f64) {
+    let loss = o.cauchy.map_or(Loss::Squares, cauchy);
+    // Small steps far from the points are those of a valley that damping makes long.
+    let far = |cost: f64| o.cauchy.is_some_and(|c| typical(cost / points.total, c) > BEYOND);
     let mut shape = start.recentred(&Vec3::zeros());
     let mut here = linearise(&shape, points, loss);
     let moments = Moments(points.products());
@@ -86,7 +133,10 @@ fn descend(start: &Shape, points: &Columns, loss: Loss, o: &Options) -> (Shape, 
             (shape, here) = (next, there);
             damping = (damping * 0.1).max(LEAST_DAMPING);
             if gain < o.tolerance {
-                break;
+                if damping < FREE || !far(here.cost) {
+                    break;
+                }
+                damping *= 1e-3;
             }
         } else {
             damping = (damping * 8.0).max(FIRST_DAMPING);

@@ -27,12 +27,14 @@ impl Moments {
 }
 
 /// The shape after a step `delta` of its degrees of freedom, in the order of [`Shape::stepped`], taken in the
-/// coefficients of its equation where that is of second degree. `None` where what comes out is not of the family.
+/// coefficients of its equation where that is of second degree; that of a cone seen from one side in how it touches its
+/// points. `None` where what comes out is not of the family.
 pub fn retracted(shape: &Shape, delta: &[f64], moments: &Moments) -> Option<Shape> {
     let three = |from: usize| Vec3::new(delta[from], delta[from + 1], delta[from + 2]);
     match shape.family {
         Family::Plane | Family::Torus => shape.stepped(delta),
         Family::Sphere => round(shape, three(0), delta[3], Vec3::repeat(1.0), moments),
+        Family::Cone if is_seen_from_one_side(shape) => touching(shape, delta),
         // Of a cone it is the circle about its origin that moves so.
         Family::Cylinder | Family::Cone => {
             let across = Vec3::new(delta[0], delta[1], 0.0);
@@ -53,6 +55,52 @@ pub fn retracted(shape: &Shape, delta: &[f64], moments: &Moments) -> Option<Shap
         }
         Family::Ellipsoid => elliptic::<3>(shape, three(0), three(3), three(6), moments),
     }
+}
+
+/// Distance of the points' mean from a cone's axis, over its radius, beyond which they lie to one side of it.
+const ONE_SIDE: f64 = 0.5;
+
+/// Whether the points of a fit, whose mean is zero, lie to one side of the axis of a cone with its origin beside it.
+fn is_seen_from_one_side(cone: &Shape) -> bool {
+    cone.origin.norm() > ONE_SIDE * cone.size[0].abs() && cone.size[0] > 0.0
+}
+
+/// A cone whose points lie to one side of it.
+///
+/// They tell where it touches the plane at their middle, how its ruling lies in that plane and how it curves across
+/// the ruling: k = cos(angle) / radius; but hardly how fast that curvature falls along the ruling,
+/// g = sin(angle) / radius, the inverse of the distance to the apex. In these the valley is straight. In radius, angle
+/// and axis it bends, as all of them change along it.
+fn touching(shape: &Shape, delta: &[f64]) -> Option<Shape> {
+    let [radius, angle, _] = shape.size;
+    let axis = shape.w();
+    let (out, along) = {
+        let spoke = -(shape.origin - axis * shape.origin.dot(&axis));
+        let out = spoke.normalize();
+        (out, axis.cross(&out))
+    };
+    let (sin, cos) = angle.sin_cos();
+    let (normal, ruling) = (out * cos - axis * sin, out * sin + axis * cos);
+    let shift = shape.frame * Vec3::new(delta[0], delta[1], 0.0);
+    let tilt = shape.frame * Vec3::new(delta[2], delta[3], 0.0);
+    // At the point that touches: how far it rises, how the surface there turns and how its radius changes.
+    let rise = (shift.dot(&out) + delta[4]) * cos + radius * tilt.dot(&along) * sin;
+    let turn = tilt + along * delta[5] - axis * (shift.dot(&along) / radius);
+    let growth = (rise * cos - shift.dot(&out)) / radius;
+    let k = (cos - sin * delta[5] - cos * growth) / radius;
+    let g = (sin + cos * delta[5] - sin * growth) / radius;
+    if k <= 0.0 {
+        return None;
+    }
+    let point = shape.origin + out * radius + normal * rise;
+    let rotation = nalgebra::Rotation3::new(turn);
+    let [normal, ruling] = [normal, ruling].map(|v| rotation * v);
+    let (radius, angle) = (1.0 / k.hypot(g), g.atan2(k));
+    let (sin, cos) = angle.sin_cos();
+    let (out, axis) = (normal * cos + ruling * sin, ruling * cos - normal * sin);
+    let size = [radius, angle, 0.0];
+    let moved = Shape::with_axis(Family::Cone, point - out * radius, axis, size);
+    moved.is_proper().then_some(moved)
 }
 
 /// A sphere, or the circle of a section across an axis: q.q - R2 = 0 over the `axes` that count, moved by `t` and
@@ -195,5 +243,35 @@ mod tests {
         let found = fitted(&far, 20);
         assert!(chi2(found.mean_sq) < chi2(best.mean_sq) + 1e-3, "{found:?} {best:?}");
         assert!((found.shape.size[0] - best.shape.size[0]).abs() < 0.01, "{found:?} {best:?}");
+    }
+
+    #[test]
+    fn a_small_patch_of_a_cone_is_fitted_in_few_steps_from_a_cylinder() {
+        let mut random = Random::new(6);
+        let truth = Shape::with_axis(Family::Cone, Vec3::zeros(), Vec3::z(), [23.0, 0.4, 0.0]);
+        for side in [1.0, 3.0, 10.0] {
+            let points: Vec<Vec3> = (0..100)
+                .map(|_| {
+                    let (t, z) =
+                        (random.uniform(-0.5, 0.5) * side / 23.0, random.uniform(-0.5, 0.5));
+                    let radius = 23.0 + side * z * 0.4_f64.tan();
+                    Vec3::new(radius * t.cos(), radius * t.sin(), side * z)
+                })
+                .collect();
+            // The cylinder that touches in the middle; the other sign has the apex on its other side.
+            let radius = 23.0 / 0.4_f64.cos();
+            let ruling = Vec3::new(0.4_f64.sin(), 0.0, 0.4_f64.cos());
+            let normal = Vec3::new(0.4_f64.cos(), 0.0, -0.4_f64.sin());
+            let axis = Vec3::new(23.0, 0.0, 0.0) - normal * radius;
+            for angle in [0.05, -0.05] {
+                let start = Shape::with_axis(Family::Cone, axis, ruling, [radius, angle, 0.0]);
+                let options = Options { cauchy: None, steps: 20, tolerance: 0.0 };
+                let found = fit(&start, &points, None, &options).unwrap().shape;
+                assert!((found.size[1].abs() - 0.4).abs() < 1e-6, "{side} {angle}: {found:?}");
+                let worst =
+                    |s: &Shape| points.iter().map(|p| s.distance(p).abs()).fold(0.0, f64::max);
+                assert!(worst(&found) < 1e-9 && worst(&truth) < 1e-9, "{side} {angle}: {found:?}");
+            }
+        }
     }
 }

@@ -12,6 +12,7 @@ use super::engine::{Model, take};
 use super::family::Families;
 use super::hypothesis::Walk;
 use super::label::members;
+use super::rings::cones_instead;
 use super::scene::Scene;
 use super::union::Union;
 use crate::fit::least_squares::{Options, fit};
@@ -26,7 +27,7 @@ const MOST: f64 = 0.5;
 const CURVED: f64 = 0.4;
 /// How much worse in BIC a plane may do on one piece where planes do better on all together: a few leaked
 /// points bend a strip.
-const DOUBT: f64 = 30.0;
+pub const DOUBT: f64 = 30.0;
 /// Points of a piece that tell whether it is flat.
 const LEAST: usize = 24;
 /// Points of a piece that a plane is fitted to, and of one that mostly shows its curvature.
@@ -37,24 +38,30 @@ const LOOK: usize = 250;
 type Piece = (Shape, Vec<u32>);
 
 /// Puts planes in the place of every curved surface that is curved in no large connected piece of its region, and
-/// of every plane through strips that lie parallel to a better known one. Returns how many surfaces went.
+/// of every plane through strips that lie parallel to a better known one; cones in the place of every torus or
+/// ellipsoid through rings that they fit as well. Returns how many surfaces went.
 pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families) -> usize {
     let groups = members(&model.labels, model.shapes.len());
     let directions = Directions::of(scene, &model.shapes, &groups);
-    let broken: Vec<Option<Vec<Piece>>> = model
+    let frozen: &Model = model;
+    let broken: Vec<Option<Vec<Piece>>> = frozen
         .shapes
         .par_iter()
         .zip(&groups)
+        .enumerate()
         .map_init(
             || Walk::new(scene.len()),
-            |walk, (s, g)| {
+            |walk, (region, (s, g))| {
                 if g.len() < 2 * LEAST {
                     return None;
                 }
                 if s.family == Family::Plane {
                     return strips_instead(scene, s, g, &directions, families);
                 }
-                let suspect = !is_curved(scene, walk, s, g, &model.labels, families);
+                if let Some(rings) = cones_instead(scene, frozen, region, g, families) {
+                    return Some(rings.to_vec());
+                }
+                let suspect = !is_curved(scene, walk, s, g, &frozen.labels, families);
                 suspect.then(|| planes_instead(scene, s, g, families)).flatten()
             },
         )

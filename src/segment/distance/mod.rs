@@ -23,6 +23,7 @@ mod others;
 mod pieces;
 mod reasons;
 mod report;
+mod rings;
 mod scene;
 mod search;
 mod select;

@@ -111,3 +111,38 @@ pub fn hypothesise(
     }
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::family::Policy;
+    use super::*;
+    use crate::fit::Family;
+    use crate::geometry::Vec3;
+    use crate::segment::Parameters;
+
+    #[test]
+    fn a_cone_without_noise_is_found_whole_from_any_seed() {
+        let mut random = SplitMix64::new(5);
+        let mut uniform = || random.below(1 << 30) as f64 / f64::from(1 << 30);
+        let at = |_| {
+            let (t, h) = (std::f64::consts::TAU * uniform(), uniform());
+            let radius = 26.0 - 6.0 * h;
+            Vec3::new(radius * t.cos(), radius * t.sin(), 14.0 * h)
+        };
+        let scene = Scene::new((0..6000).map(at).collect());
+        let families = Families {
+            allowed: Family::ALL.to_vec(),
+            sigma: 2e-6,
+            floor: 2e-6,
+            max_radius: 600.0,
+            strips: true,
+            policy: Policy::of(&Parameters::default()),
+        };
+        let mut walk = Walk::new(scene.len());
+        for seed in (0..scene.len()).step_by(600) {
+            let found = grow(&scene, &mut walk, &families, seed, MIN_SUPPORT);
+            let found = found.filter(|h| h.shape.family == Family::Cone && h.sound);
+            assert!(found.is_some_and(|h| h.support.len() == scene.len()), "{seed}");
+        }
+    }
+}
