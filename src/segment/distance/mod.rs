@@ -1,6 +1,7 @@
 //! The default method: hypotheses grown from local starts, chosen by description length, relabelled
 //! together, typed and fitted by orthogonal distance.
 
+mod breadth;
 mod bridges;
 mod constraints;
 mod directions;
@@ -245,7 +246,7 @@ fn discover(
         policy: Policy::of(parameters),
     };
     monitor.progress(Stage::Grow, 0.1);
-    let model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
+    let mut model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
         Model { labels: vec![-1; m], ..Model::default() }
     } else if bare_noise.is_some() {
         engine::discover_with_form_error(&scene, &mut families, estimate, parameters, monitor)?
@@ -264,6 +265,7 @@ fn label_all(
     monitor: &dyn Monitor,
 ) -> Result<spread::Labelled, Cancelled> {
     if scene.len() == points.len() {
+    breadth::mark(&scene, &mut model, sigma);
         let shares = finish::shares(scene, model, sigma);
         Ok(spread::Labelled { labels: model.labels.clone(), shares })
     } else {
