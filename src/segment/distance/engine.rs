@@ -33,6 +33,8 @@ pub struct Model {
     pub spurious: Vec<bool>,
     /// Whether surfaces have a form error above the noise.
     pub form_error: bool,
+    /// Scatter that labels were given with where there is a form error; else nought.
+    pub allowed: f64,
     /// Seeds tried, and how many of them failed.
     pub trials: (usize, usize),
     /// Regions joined to another.
@@ -285,7 +287,9 @@ pub fn discover(
         }
         let last = pass + 1 == PASSES;
         drop_unsound(scene, &mut model, families.sigma, last);
-        tighten(scene, &model, families);
+        if parameters.noise_sigma.is_none() {
+            tighten(scene, &model, families);
+        }
     }
     Ok(model)
 }
@@ -352,7 +356,8 @@ fn settled(
 ) -> Result<Model, Cancelled> {
     let (chosen, labels) = choose(scene, hypotheses, families, 0);
     let shapes = chosen.iter().map(|h| h.shape).collect();
-    let mut model = Model { shapes, labels, form_error: true, ..Model::default() };
+    let allowed = families.sigma;
+    let mut model = Model { shapes, labels, form_error: true, allowed, ..Model::default() };
     if model.shapes.is_empty() {
         return Ok(model);
     }

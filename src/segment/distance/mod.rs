@@ -54,6 +54,8 @@ pub struct Found {
     pub labels: Vec<i32>,
     /// The noise's standard deviation, as estimated or given.
     pub noise: f64,
+    /// Largest distance of a point from its surface, unless one was given.
+    pub reach: f64,
     /// The points that surfaces were looked for on, taken evenly from `points`: see [`place`].
     pub scene: Scene,
     /// How much work it was.
@@ -83,6 +85,7 @@ fn find(
     let (points, centre, places) = distinct_points(cloud, monitor)?;
     let (discovery, labelled) = discover_on_samples(&points, parameters, monitor)?;
     monitor.progress(Stage::Refine, 0.85);
+    let reach = label::ACCEPT * discovery.scatter(points.len());
     let Discovery { scene, mut model, sigma, noise } = discovery;
     if parameters.refine {
         finish::finish(&points, &labelled, &mut model, sigma);
@@ -96,7 +99,7 @@ fn find(
         *l = -1;
     }
     let shapes = model.shapes;
-    Ok(Found { points, centre, places, shapes, labels, noise, scene, counters })
+    Ok(Found { points, centre, places, shapes, labels, noise, reach, scene, counters })
 }
 
 /// The distinct points of a cloud in Morton order relative to their centre, that centre, and where each
@@ -213,6 +216,14 @@ struct Discovery {
     noise: f64,
 }
 
+impl Discovery {
+    /// What the labels of `n` points reckon with.
+    fn scatter(&self, n: usize) -> f64 {
+        // Those of a sample's own points stay as they were given where it is all there is.
+        if self.scene.len() == n { self.noise.max(self.model.allowed) } else { self.noise }
+    }
+}
+
 /// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
 /// only where `bare_noise`, that of the points without it, is given.
 fn discover(
@@ -254,6 +265,7 @@ fn discover(
         engine::discover(&scene, &mut families, parameters, monitor)?
     };
     let sigma = families.sigma;
+    breadth::mark(&scene, &mut model, sigma);
     Ok(Discovery { scene, model, sigma, noise: if allowed > noise { noise } else { sigma } })
 }
 
@@ -265,7 +277,6 @@ fn label_all(
     monitor: &dyn Monitor,
 ) -> Result<spread::Labelled, Cancelled> {
     if scene.len() == points.len() {
-    breadth::mark(&scene, &mut model, sigma);
         let shares = finish::shares(scene, model, sigma);
         Ok(spread::Labelled { labels: model.labels.clone(), shares })
     } else {
