@@ -15,7 +15,7 @@ const POINTS_A_STEP: usize = 20;
 pub const VOLUME: f32 = 0.12;
 /// One point in so many stays each time that a cloud is thinned, and how many must.
 const THINNING: usize = 4;
-const LEAST_THINNED: usize = 8 * 4 * K;
+const LEAST_THINNED: usize = 4 * 4 * K;
 /// Growth of the estimate by thinning from which on neighbourhoods still lie within the noise. In a volume it is
 /// that of the spacing, 1.6.
 const GROWN: f64 = 1.2;
