@@ -127,3 +127,17 @@ fn a_surface_scanned_denser_than_its_noise_is_found() {
     assert!(matches!(found(&s)[..], [(SPHERE, n)] if n > 11_900), "{:?}", found(&s));
     assert_eq!(found(&run(heap(random, 20_000), &[])), []);
 }
+
+#[test]
+fn a_parabola_is_not_cut_into_ellipses() {
+    for seed in 0..3 {
+        let random = &mut Random::new(seed);
+        let mut at = |_| {
+            let (x, y) = (random.uniform(-35.0, 35.0), random.uniform(0.0, 60.0));
+            Vec3::new(x, y, x * x / 40.0) + 0.01 * random.normal3()
+        };
+        let s = run((0..12_000).map(&mut at).collect(), &[]);
+        assert_eq!(found(&s), [], "{seed}");
+        assert!(s.unassigned.reasons["no_quadric"] > 11_000);
+    }
+}

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::engine::Model;
 use super::hypothesis::Walk;
 use super::label::members;
+use super::parabolas;
 use super::scene::Scene;
 use super::select::SURFACE_COST;
 use super::union::Union;
@@ -45,9 +46,11 @@ pub fn mark(scene: &Scene, model: &mut Model, sigma: f64) {
             },
         )
         .collect();
-    if none.contains(&true) {
+    let open = parabolas::open(scene, &model.shapes, &groups, sigma);
+    if none.contains(&true) || open.contains(&true) {
         model.spurious.resize(none.len(), false);
-        model.spurious.iter_mut().zip(none).for_each(|(s, n)| *s |= n);
+        let why = none.into_iter().zip(open);
+        model.spurious.iter_mut().zip(why).for_each(|(s, (none, open))| *s |= none || open);
     }
 }
 

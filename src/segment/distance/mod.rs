@@ -19,6 +19,7 @@ mod moves;
 mod nearest;
 mod noise;
 mod others;
+mod parabolas;
 mod pieces;
 mod reasons;
 mod report;
