@@ -171,7 +171,7 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         kind: ParameterKind::Integer { min: 10, max: 1_000_000_000 },
         unit: Some("points"),
         default: Some("50"),
-        help: "Smallest number of points a region may have",
+        help: "Smallest number of points a region may have; below about 30 only clear surfaces are found",
     },
     ParameterSpec {
         name: "max_regions",

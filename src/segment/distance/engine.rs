@@ -35,6 +35,8 @@ pub struct Model {
     pub spurious: Vec<bool>,
     /// Whether surfaces have a form error above the noise.
     pub form_error: bool,
+    /// Scatter that labels were given with where there is a form error; else nought.
+    pub allowed: f64,
     /// Seeds tried, and how many of them failed.
     pub trials: (usize, usize),
     /// Regions joined to another.
@@ -138,14 +140,24 @@ pub fn retain(model: &mut Model, keep: &[bool]) -> bool {
     true
 }
 
+/// Labelled points that tell the noise, unless they are most of a small scene's.
+const ENOUGH: usize = 100;
+
 /// Robust sigma of all labelled points about their surfaces.
 pub fn residual_sigma(scene: &Scene, model: &Model) -> Option<f64> {
     let labelled = model.labels.iter().zip(&scene.points).filter(|(l, _)| **l >= 0);
-    if labelled.clone().count() < 100 {
+    let n = labelled.clone().count();
+    if n < ENOUGH.min(scene.len() * 3 / 4) {
         return None;
     }
     let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
-    deviation(labelled.map(|(&l, p)| rulers[l as usize].distance(p)))
+    let sigma = deviation(labelled.map(|(&l, p)| rulers[l as usize].distance(p)))?;
+    if n >= ENOUGH {
+        return Some(sigma);
+    }
+    // Of few points surfaces take up a good part of the noise.
+    let taken: usize = model.shapes.iter().map(|s| s.family.dof()).sum();
+    Some(sigma * (n as f64 / n.saturating_sub(taken).max(1) as f64).sqrt())
 }
 
 /// Puts each region's best family in, judged on its core.
@@ -220,8 +232,6 @@ pub fn borders(scene: &Scene, labels: &[i32]) -> BTreeMap<(usize, usize), usize>
 
 /// Rounds over what is still without a surface.
 const PASSES: usize = 3;
-/// New points a hypothesis must explain.
-const MIN_NEW: usize = 40;
 /// Rounds of moves on the total energy after each pass.
 const MOVES: usize = 3;
 
@@ -243,7 +253,9 @@ pub fn discover(
     for pass in 0..PASSES {
         let open: Vec<u32> =
             (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();
-        if open.len() < 60 {
+        // What surfaces leave of their own is more than what a whole cloud must have.
+        let least = families.policy.least;
+        if open.len() < if pass == 0 { least } else { least * 3 / 2 } {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
@@ -290,7 +302,9 @@ pub fn discover(
         if families.policy.merge {
             adopt(scene, &mut model, families.sigma);
         }
-        tighten(scene, &model, families);
+        if parameters.noise_sigma.is_none() {
+            tighten(scene, &model, families);
+        }
     }
     Ok(model)
 }
@@ -357,7 +371,8 @@ fn settled(
 ) -> Result<Model, Cancelled> {
     let (chosen, labels) = choose(scene, hypotheses, families, 0);
     let shapes = chosen.iter().map(|h| h.shape).collect();
-    let mut model = Model { shapes, labels, form_error: true, ..Model::default() };
+    let allowed = families.sigma;
+    let mut model = Model { shapes, labels, form_error: true, allowed, ..Model::default() };
     if model.shapes.is_empty() {
         return Ok(model);
     }
@@ -374,7 +389,7 @@ fn choose(
     first_label: usize,
 ) -> (Vec<Hypothesis>, Vec<i32>) {
     let none = vec![-1; part.len()];
-    select(part, found, families.sigma, &none, first_label, MIN_NEW)
+    select(part, found, families.sigma, &none, first_label, families.policy.least)
 }
 
 /// Settles labels, families and surfaces: relabelling with refits, types, merging, then moves on the
@@ -392,7 +407,7 @@ fn converge(
         let retyped = retype(scene, model, families);
         let merged = merge(scene, model, families);
         model.merges += merged;
-        let pruned = prune(model, MIN_NEW);
+        let pruned = prune(model, families.policy.least);
         if retyped + merged == 0 && !pruned {
             break;
         }
@@ -416,7 +431,7 @@ fn converge(
             break;
         }
     }
-    prune(model, MIN_NEW);
+    prune(model, families.policy.least);
     Ok(())
 }
 

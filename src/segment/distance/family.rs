@@ -64,13 +64,18 @@ pub struct Policy {
     pub refine: bool,
     /// Draws of seeds, several at a time, that may fail in a row before the search stops.
     pub failures: usize,
+    /// Points that a surface must explain beyond others.
+    pub least: usize,
 }
+
+/// Points that a surface must explain, unless regions may have fewer.
+const LEAST: usize = 40;
 
 impl Policy {
     /// The policy that `parameters` ask for.
     pub fn of(parameters: &Parameters) -> Self {
-        let Parameters { merge, refine, max_failed_seeds, .. } = *parameters;
-        Self { merge, refine, failures: max_failed_seeds }
+        let Parameters { merge, refine, max_failed_seeds, min_points, .. } = *parameters;
+        Self { merge, refine, failures: max_failed_seeds, least: min_points.min(LEAST) }
     }
 }
 

@@ -336,7 +336,11 @@ pub fn grow(
     let mut starts = STARTS.iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
     starts.find_map(|&(start, most, least)| {
         let set = start_set(scene, walk, seed, start, most, families.sigma);
-        grow_from(scene, walk, families, set, least).filter(|h| h.support.len() >= min_points)
+        if set.len() < least.min(min_points) {
+            return None;
+        }
+        let grown = grow_from(scene, walk, families, set, min_points);
+        grown.filter(|h| h.support.len() >= min_points)
     })
 }
 
@@ -345,14 +349,11 @@ fn grow_from(
     walk: &mut Walk,
     families: &Families,
     start: Vec<u32>,
-    least: usize,
+    min_points: usize,
 ) -> Option<Hypothesis> {
     let sigma = families.sigma;
     let (mut points, mut normals) = (Vec::new(), Vec::new());
     let mut support = start;
-    if support.len() < least {
-        return None;
-    }
     sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
     let mut hopeless = Vec::new();
     let patch = Patch { points: &points, normals: &normals };
@@ -368,7 +369,7 @@ fn grow_from(
         let ruler = Ruler::of(&shape);
         let limit = (support.len() * 2).max(40);
         let next = walk.near(scene, &support, limit, &ruler, REACH * sigma).to_vec();
-        if next.len() < 20 {
+        if next.len() < min_points.min(20) {
             break;
         }
         let stalled = next.len() * 20 < support.len() * 21;

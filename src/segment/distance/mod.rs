@@ -2,6 +2,7 @@
 //! together, typed and fitted by orthogonal distance.
 
 mod adopt;
+mod breadth;
 mod bridges;
 mod compounds;
 mod constraints;
@@ -20,6 +21,7 @@ mod moves;
 mod nearest;
 mod noise;
 mod others;
+mod parabolas;
 mod pieces;
 mod reasons;
 mod report;
@@ -57,6 +59,8 @@ pub struct Found {
     pub labels: Vec<i32>,
     /// The noise's standard deviation, as estimated or given.
     pub noise: f64,
+    /// Largest distance of a point from its surface, unless one was given.
+    pub reach: f64,
     /// The points that surfaces were looked for on, taken evenly from `points`: see [`place`].
     pub scene: Scene,
     /// How much work it was.
@@ -86,6 +90,7 @@ fn find(
     let (points, centre, places) = distinct_points(cloud, monitor)?;
     let (discovery, labelled) = discover_on_samples(&points, parameters, monitor)?;
     monitor.progress(Stage::Refine, 0.85);
+    let reach = label::ACCEPT * discovery.scatter(points.len());
     let Discovery { scene, mut model, sigma, noise } = discovery;
     if parameters.refine {
         finish::finish(&points, &labelled, &mut model, sigma);
@@ -99,7 +104,7 @@ fn find(
         *l = -1;
     }
     let shapes = model.shapes;
-    Ok(Found { points, centre, places, shapes, labels, noise, scene, counters })
+    Ok(Found { points, centre, places, shapes, labels, noise, reach, scene, counters })
 }
 
 /// The distinct points of a cloud in Morton order relative to their centre, that centre, and where each
@@ -216,6 +221,14 @@ struct Discovery {
     noise: f64,
 }
 
+impl Discovery {
+    /// What the labels of `n` points reckon with.
+    fn scatter(&self, n: usize) -> f64 {
+        // Those of a sample's own points stay as they were given where it is all there is.
+        if self.scene.len() == n { self.noise.max(self.model.allowed) } else { self.noise }
+    }
+}
+
 /// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
 /// only where `bare_noise`, that of the points without it, is given.
 fn discover(
@@ -249,7 +262,7 @@ fn discover(
         policy: Policy::of(parameters),
     };
     monitor.progress(Stage::Grow, 0.1);
-    let model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
+    let mut model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
         Model { labels: vec![-1; m], ..Model::default() }
     } else if bare_noise.is_some() {
         engine::discover_with_form_error(&scene, &mut families, estimate, parameters, monitor)?
@@ -257,6 +270,7 @@ fn discover(
         engine::discover(&scene, &mut families, parameters, monitor)?
     };
     let sigma = families.sigma;
+    breadth::mark(&scene, &mut model, sigma);
     Ok(Discovery { scene, model, sigma, noise: if allowed > noise { noise } else { sigma } })
 }
 

@@ -34,7 +34,8 @@ pub fn report(
     let density = points.len() as f64 / found.scene.len() as f64;
     let spacing = found.scene.spacing / density.sqrt();
     let (candidates, mut free) = candidates(&found, asked_for(parameters));
-    let (kept, mut reasons) = enforce(points, candidates, parameters);
+    let resolved = resolved(parameters, &found);
+    let (kept, mut reasons) = enforce(points, candidates, &resolved);
     let mut labels = labels(&kept, points.len());
     monitor.check()?;
     let mut others = Vec::new();
@@ -65,7 +66,7 @@ pub fn report(
         regions,
         unassigned: unassigned(&labels, reasons),
         labels,
-        parameters: resolved(parameters, &found),
+        parameters: resolved,
         counters: found.counters,
     })
 }
@@ -144,11 +145,11 @@ fn unassigned(labels: &[i32], reasons: BTreeMap<Reason, usize>) -> Unassigned {
     Unassigned { count, reasons: named.collect() }
 }
 
+/// The parameters as used; the tolerance allows for a form error that was found.
 fn resolved(parameters: &Parameters, found: &Found) -> Parameters {
-    let noise_sigma = parameters.noise_sigma.unwrap_or(found.noise);
     Parameters {
-        noise_sigma: Some(noise_sigma),
-        tolerance: Some(parameters.tolerance.unwrap_or(4.0 * noise_sigma)),
+        noise_sigma: Some(parameters.noise_sigma.unwrap_or(found.noise)),
+        tolerance: Some(parameters.tolerance.unwrap_or(found.reach)),
         ..parameters.clone()
     }
 }

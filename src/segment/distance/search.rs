@@ -17,7 +17,7 @@ const DRAW: usize = 8;
 const LOOK_BACK: usize = 64;
 /// New points a seed of those batches below which it ends: what is left is noise, freeform or clutter.
 const LEAST_YIELD: usize = 2;
-/// Points a hypothesis needs to be kept.
+/// Points a hypothesis needs to be kept, unless surfaces may have fewer.
 pub const MIN_SUPPORT: usize = 30;
 
 /// Grows hypotheses until every point is covered or has been tried, `most` seeds were tried or what was found
@@ -35,6 +35,7 @@ pub fn hypothesise(
     monitor: &dyn Monitor,
 ) -> Result<Vec<Hypothesis>, Cancelled> {
     let before = trials.0;
+    let least = MIN_SUPPORT.min(families.policy.least);
     let n = scene.len();
     let mut covered = vec![false; n];
     let mut random = SplitMix64::new(seed);
@@ -72,7 +73,7 @@ pub fn hypothesise(
         let grown: Vec<Option<Hypothesis>> = seeds
             .par_iter()
             .zip(walks.par_iter_mut())
-            .map(|(&s, walk)| grow(scene, walk, families, s, MIN_SUPPORT))
+            .map(|(&s, walk)| grow(scene, walk, families, s, least))
             .collect();
         let mut newly = 0;
         for (&s, h) in seeds.iter().zip(grown) {

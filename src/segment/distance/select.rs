@@ -4,7 +4,7 @@ use super::hypothesis::Hypothesis;
 use super::scene::Scene;
 
 /// Cost of one more surface beside its parameters, in units of chi2 / 2.
-const SURFACE_COST: f64 = 60.0;
+pub const SURFACE_COST: f64 = 60.0;
 /// What an explained point is worth before its residual.
 const POINT_GAIN: f64 = 6.0;
 
