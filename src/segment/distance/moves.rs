@@ -421,7 +421,11 @@ fn candidates(
     let tip = osculating.map(|s| families.score(s, &points)).filter(|s| s.reduced < FAR);
     tip.into_iter()
         .chain(all.into_iter().filter(|s| s.reduced < NEAR))
-        .filter(|s| may_gain(&own, s, points.len(), group.len()))
+        .filter(|s| {
+            let boundary =
+                if is_apart(&current, &s.shape, &points, families.sigma) { BOUNDARY } else { 0.0 };
+            may_gain(&own, s, points.len(), group.len(), boundary)
+        })
         .map(|s| s.shape)
         .filter(|s| s.family != current.family)
         .filter(|s| match s.family {
@@ -456,14 +460,31 @@ const FAR: f64 = 8.0;
 /// What a surface may save at its region's boundary beside what its fit to the interior shows.
 const BOUNDARY: f64 = 25.0;
 
-/// Whether a candidate may cost less than a region's own surface, both scored on `m` of its `n` points.
+/// Surfaces whose distances from a region's points differ by less than this many sigmas, root mean square, are the
+/// same at its boundary too.
+const ALIKE: f64 = 0.3;
+
+/// Whether two surfaces differ visibly at some points.
+fn is_apart(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
+    let [a, b] = [a, b].map(Ruler::of);
+    // Normals may point either way.
+    let difference = |p: &Vec3| {
+        let [a, b] = [a.distance(p), b.distance(p)];
+        (a - b).abs().min((a + b).abs()).powi(2)
+    };
+    let sum: f64 = points.iter().map(difference).sum();
+    sum > (ALIKE * sigma).powi(2) * points.len() as f64
+}
+
+/// Whether a candidate may cost less than a region's own surface, both scored on `m` of its `n` points, where it may
+/// save so much at its `boundary`.
 ///
 /// A simpler one always may: leaked points, which make it look poor, would leave. A richer one must fit the
 /// interior better by about what it costs.
-fn may_gain(own: &Scored, candidate: &Scored, m: usize, n: usize) -> bool {
+fn may_gain(own: &Scored, candidate: &Scored, m: usize, n: usize, boundary: f64) -> bool {
     let length = |s: &Scored| s.shape.family.description_length(n);
     let (more, share) = (length(candidate) - length(own), n as f64 / m.max(1) as f64);
-    more < 0.0 || (own.chi2 - candidate.chi2) * share + BOUNDARY > more
+    more < 0.0 || (own.chi2 - candidate.chi2) * share + boundary > more
 }
 
 /// The cylinder that an elliptic one is where its points lie: fillets whose labels leak over their
