@@ -232,6 +232,8 @@ pub fn borders(scene: &Scene, labels: &[i32]) -> BTreeMap<(usize, usize), usize>
 
 /// Rounds over what is still without a surface.
 const PASSES: usize = 3;
+/// The same of what other surfaces leave: it gets the rest of its points back from them as labels settle.
+const LEFT: usize = 24;
 /// Rounds of moves on the total energy after each pass.
 const MOVES: usize = 3;
 
@@ -272,17 +274,11 @@ pub fn discover(
             let open = open.iter().map(|&i| scene.points[i as usize]).collect();
             let mut rest = Scene::watched(open, monitor)?;
             rest.sharpen_normals(families.sigma);
-            let found = hypothesise(
-                &rest,
-                families,
-                usize::MAX,
-                seed,
-                &mut model.trials,
-                |_| false,
-                monitor,
-            )?;
+            let few = families.with_least(LEFT);
+            let found =
+                hypothesise(&rest, &few, usize::MAX, seed, &mut model.trials, |_| false, monitor)?;
             let found = found.into_iter().filter(|h| h.sound).collect();
-            choose(&rest, found, families, model.shapes.len())
+            choose(&rest, found, &few, model.shapes.len())
         };
         if chosen.is_empty() {
             break;

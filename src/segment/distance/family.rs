@@ -93,6 +93,12 @@ pub struct Scored {
 }
 
 impl Families {
+    /// The same where surfaces of fewer points count, `least` of them.
+    pub fn with_least(&self, least: usize) -> Self {
+        let policy = Policy { least: least.min(self.policy.least), ..self.policy };
+        Self { policy, ..self.clone() }
+    }
+
     /// Whether a shape is too small, too large or too flat to mean anything at this noise.
     pub fn degenerate(&self, s: &Shape) -> bool {
         s.min_radius() < 6.0 * self.sigma
