@@ -22,6 +22,9 @@ const SHARE: f64 = 0.1;
 /// Share of the region's points that the two sides must hold before labels settle: a wavy surface falls into more
 /// pieces.
 const MOST: f64 = 0.6;
+/// A patch lies off its surface where the mean of a neighbourhood does, by so many sigmas; points of it at least.
+const PATCH: f64 = 1.0;
+const LEAST_PATCH: usize = 24;
 /// What two surfaces must save in BIC beside one.
 const STRONG: f64 = 20.0;
 /// Points of each side that fits look at.
@@ -106,27 +109,61 @@ fn sides(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Op
             })
             .collect();
     }
-    let middle = middle_of(&height);
-    let above = |k: usize| height[k] > middle;
-    let mut union = Union::new(n);
-    for (k, beside) in beside.iter().enumerate() {
-        for &other in beside.iter().filter(|&&other| above(other as usize) == above(k)) {
-            union.join(k as u32, other);
-        }
-    }
-    let (upper, lower): (Vec<_>, Vec<_>) =
-        union.sets().into_iter().partition(|set| above(set[0] as usize));
+    let members =
+        |side: Vec<u32>| -> Vec<u32> { side.into_iter().map(|k| group[k as usize]).collect() };
+    let halves = halves(&height, &beside);
+    let patches = [1.0, -1.0]
+        .into_iter()
+        .filter_map(|sign| patch(&height, &beside, |h| sign * h > PATCH * families.sigma));
+    halves
+        .into_iter()
+        .chain(patches)
+        .find_map(|sides| judged(scene, shape, sides.map(members), families))
+}
+
+/// The largest connected sets of points above and below the middle of their heights, where these hold most of all.
+fn halves(height: &[f64], beside: &[Vec<u32>]) -> Option<[Vec<u32>; 2]> {
+    let n = height.len();
+    let middle = middle_of(height);
+    let (upper, lower): (Vec<_>, Vec<_>) = connected(beside, |k| height[k] > middle)
+        .into_iter()
+        .partition(|set| height[set[0] as usize] > middle);
     // the largest of each come first
     let (upper, lower) = (upper.into_iter().next()?, lower.into_iter().next()?);
     let least = LEAST.max((SHARE * n as f64) as usize);
-    if upper.len().min(lower.len()) < least
-        || ((upper.len() + lower.len()) as f64) < MOST * n as f64
-    {
+    let most = (upper.len() + lower.len()) as f64 >= MOST * n as f64;
+    (upper.len().min(lower.len()) >= least && most).then_some([upper, lower])
+}
+
+/// The largest connected patch of points that lie `off`, and all others.
+fn patch(height: &[f64], beside: &[Vec<u32>], off: impl Fn(f64) -> bool) -> Option<[Vec<u32>; 2]> {
+    let sets = connected(beside, |k| off(height[k]));
+    let patch = sets.into_iter().find(|set| off(height[set[0] as usize]))?;
+    if patch.len() < LEAST_PATCH {
         return None;
     }
-    let members =
-        |side: Vec<u32>| -> Vec<u32> { side.into_iter().map(|k| group[k as usize]).collect() };
-    let (upper, lower) = (members(upper), members(lower));
+    let others = (0..height.len() as u32).filter(|k| !off(height[*k as usize])).collect();
+    Some([patch, others])
+}
+
+/// Sets of neighbours on one side, larger ones first; members rise.
+fn connected(beside: &[Vec<u32>], side: impl Fn(usize) -> bool) -> Vec<Vec<u32>> {
+    let mut union = Union::new(beside.len());
+    for (k, beside) in beside.iter().enumerate() {
+        for &other in beside.iter().filter(|&&other| side(other as usize) == side(k)) {
+            union.join(k as u32, other);
+        }
+    }
+    union.sets()
+}
+
+/// The surface of each side, where two are worth it.
+fn judged(
+    scene: &Scene,
+    shape: &Shape,
+    [upper, lower]: [Vec<u32>; 2],
+    families: &Families,
+) -> Option<[Side; 2]> {
     let best = |side: &[u32]| {
         let points = take(scene, side, SAMPLE);
         let m = points.len();
@@ -207,6 +244,28 @@ mod tests {
             |(p, l): (&Vec3, &i32)| (model.shapes[*l as usize].size[0] > 12.007) == (p.z > 15.0);
         let share = scene.points.iter().zip(&model.labels).filter(|p| right(*p)).count();
         assert!(share as f64 > 0.9 * scene.len() as f64, "{share}");
+    }
+
+    #[test]
+    fn a_small_patch_a_few_sigmas_off_a_large_face_is_a_face_of_its_own() {
+        let mut random = Random::new(3);
+        let off = |x: f64, y: f64| (x - 40.0).abs() < 4.0 && (y - 20.0).abs() < 2.0;
+        let points: Vec<Vec3> = (0..16_000)
+            .map(|_| {
+                let (x, y) = (random.uniform(0.0, 80.0), random.uniform(0.0, 40.0));
+                let height = if off(x, y) { 3.0 * SIGMA } else { 0.0 };
+                Vec3::new(x, y, height + SIGMA * random.normal())
+            })
+            .collect();
+        let order = super::super::scene::morton_order(&points, &crate::segment::Silent).unwrap();
+        let points: Vec<Vec3> = order.iter().map(|&i| points[i as usize]).collect();
+        let (_, _, families) = shaft(0.0);
+        let shapes = vec![Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3])];
+        let labels = vec![0; points.len()];
+        let (scene, mut model) = (Scene::new(points), Model { shapes, labels, ..Model::default() });
+        assert_eq!(split_steps(&scene, &mut model, &families), 1);
+        let least = members(&model.labels, 2).iter().map(Vec::len).min().unwrap();
+        assert!((24..240).contains(&least), "{least}");
     }
 
     #[test]
