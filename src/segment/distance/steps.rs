@@ -118,7 +118,7 @@ fn sides(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Op
     halves
         .into_iter()
         .chain(patches)
-        .find_map(|sides| judged(scene, shape, sides.map(members), families))
+        .find_map(|sides| judged(scene, shape, sides.map(&members), families))
 }
 
 /// The largest connected sets of points above and below the middle of their heights, where these hold most of all.

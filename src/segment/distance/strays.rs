@@ -30,7 +30,7 @@ pub fn strays(scene: &Scene, labels: &[i32]) -> Vec<u32> {
             }
             // Most points have close neighbours: one of them tells.
             let own = reach(i);
-            let mut of_others = alike(i).map(|j| reach(j));
+            let mut of_others = alike(i).map(reach);
             match of_others.next() {
                 Some(first) if own <= FAR * first => false,
                 Some(first) => {
