@@ -105,9 +105,11 @@ fn no_region_has_points_beyond_the_tolerance_reported() {
         let s = run(points.clone(), &[("noise_sigma", given)]);
         let sigma: f64 = given.parse().unwrap();
         assert_eq!(s.parameters.noise_sigma, Some(sigma));
-        assert_eq!(s.parameters.tolerance, Some(4.0 * sigma));
+        // What exceeds a given noise is taken for form error, and the tolerance says how much.
+        let tolerance = s.parameters.tolerance.unwrap();
+        assert!(tolerance >= 4.0 * sigma && tolerance <= 16.0 * sigma, "{given}: {tolerance}");
         assert!(!s.regions.is_empty());
-        assert!(s.regions.iter().all(|r| r.fit.max <= 4.0 * sigma), "{given}");
+        assert!(s.regions.iter().all(|r| r.fit.max <= tolerance), "{given}");
     }
     let s = run(points, &[]);
     assert!(s.regions.iter().all(|r| Some(r.fit.max) <= s.parameters.tolerance));

@@ -46,7 +46,7 @@ pub fn mark(scene: &Scene, model: &mut Model, sigma: f64) {
             },
         )
         .collect();
-    let open = parabolas::open(scene, &model.shapes, &groups, sigma);
+    let open = parabolas::open(scene, model, &groups, sigma);
     if none.contains(&true) || open.contains(&true) {
         model.spurious.resize(none.len(), false);
         let why = none.into_iter().zip(open);

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::engine::take;
+use super::engine::{Model, take};
 use super::scene::Scene;
 use super::uncertainty::SAMPLE;
 use crate::fit::{Family, Shape, Spread};
@@ -17,35 +17,44 @@ const KNOWN: f64 = 0.1;
 ///
 /// Growth on a parabola, or on any profile that straightens out, ends in such shapes, another one wherever it starts.
 /// A true arc may be too short to tell as well, but it comes alone or with others that tell.
-pub fn open(scene: &Scene, shapes: &[Shape], groups: &[Vec<u32>], sigma: f64) -> Vec<bool> {
-    let is_one = |(s, g): (&Shape, &Vec<u32>)| is_open(s, &take(scene, g, SAMPLE), sigma);
-    let open: Vec<bool> = shapes.par_iter().zip(groups).map(is_one).collect();
+///
+/// Where surfaces have a form error, that is what makes a far centre known.
+pub fn open(scene: &Scene, model: &Model, groups: &[Vec<u32>], sigma: f64) -> Vec<bool> {
+    let is_one = |(s, g): (&Shape, &Vec<u32>)| {
+        let points = take(scene, g, SAMPLE);
+        far_axis(s, &points).is_some_and(|k| model.form_error || !is_known(s, k, &points, sigma))
+    };
+    let open: Vec<bool> = model.shapes.par_iter().zip(groups).map(is_one).collect();
     let points: usize = groups.iter().map(Vec::len).sum();
     let within: usize = groups.iter().zip(&open).filter(|g| *g.1).map(|g| g.0.len()).sum();
-    let most = open.iter().filter(|o| **o).count() > 1 && 2 * within > points;
+    let several = model.form_error || open.iter().filter(|o| **o).count() > 1;
+    let most = several && 2 * within > points;
     open.into_iter().map(|o| o && most).collect()
 }
 
-/// Whether an elliptic shape is as good as a parabola for its points, which scatter by `sigma`: its centre lies far
-/// beyond them along a semi-axis, and how far they hardly tell.
-fn is_open(shape: &Shape, points: &[Vec3], sigma: f64) -> bool {
+/// The semi-axis of an elliptic shape along which its centre lies far beyond its points, if any.
+fn far_axis(shape: &Shape, points: &[Vec3]) -> Option<usize> {
     let axes = match shape.family {
         Family::EllipticCylinder => 2,
         Family::Ellipsoid => 3,
-        _ => return false,
+        _ => return None,
     };
-    let far = |k: &usize| {
-        let axis = shape.frame.column(*k);
+    (0..axes).find(|&k| {
+        let axis = shape.frame.column(k);
         let along = points.iter().map(|p| (p - shape.origin).dot(&axis));
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
         let (low, high) = along.fold(ends, |(low, high), x| (low.min(x), high.max(x)));
         (low + high).abs() > 2.0 * FAR * (high - low)
-    };
-    let Some(k) = (0..axes).find(far) else { return false };
+    })
+}
+
+/// Whether points that scatter by `sigma` tell how long a semi-axis is.
+fn is_known(shape: &Shape, axis: usize, points: &[Vec3], sigma: f64) -> bool {
     // The logarithms of the semi-axes are the last degrees of freedom.
-    let freedom = shape.family.dof() - axes + k;
+    let axes = if shape.family == Family::Ellipsoid { 3 } else { 2 };
+    let freedom = shape.family.dof() - axes + axis;
     let variance = Spread::of(shape, points).covariance(sigma, 1.0)[(freedom, freedom)];
-    !(variance.is_finite() && variance.sqrt() < KNOWN)
+    variance.is_finite() && variance.sqrt() < KNOWN
 }
 
 #[cfg(test)]
@@ -66,7 +75,7 @@ mod tests {
                 Vec3::from(shape.frame * Vec3::new(x, y, random.uniform(0.0, 50.0)))
             })
             .collect();
-        is_open(&shape, &points, sigma)
+        far_axis(&shape, &points).is_some_and(|k| !is_known(&shape, k, &points, sigma))
     }
 
     #[test]
