@@ -61,15 +61,21 @@ pub fn others(
 fn explain(points: &[Vec3], noise: f64, parameters: &Parameters) -> Option<(SurfaceType, Quadric)> {
     let sample: Vec<Vec3> = points.iter().step_by(points.len().div_ceil(SAMPLE)).copied().collect();
     let sigma = parameters.tolerance.map_or(noise, |t| noise.max(t / 4.0));
-    let quadric = general_fit(&sample, Some(2.5 * sigma))?;
-    let mut sq: Vec<f64> = sample.iter().map(|x| quadric.distance(x).powi(2)).collect();
-    // The inner four fifths of normal distances have 0.44 of the mean square.
-    let inner = sq.len() * 4 / 5;
-    sq.select_nth_unstable_by(inner, f64::total_cmp);
-    let scatter = (sq[..inner].iter().sum::<f64>() / inner as f64 / 0.44).sqrt();
+    let quadric = one_quadric(&sample, sigma)?;
     let frame = Frame::of(sample.iter().copied());
     let surface_type = recover(&quadric, &frame, Tolerance::default())?.surface_type;
     let wanted = !SurfaceType::DEFAULT.contains(&surface_type)
         && parameters.surfaces.contains(&surface_type);
-    (wanted && scatter < NOISE_ALONE * sigma).then_some((surface_type, quadric))
+    wanted.then_some((surface_type, quadric))
+}
+
+/// The quadric of any type through points, where they scatter about it by no more than noise lets them.
+pub fn one_quadric(points: &[Vec3], sigma: f64) -> Option<Quadric> {
+    let quadric = general_fit(points, Some(2.5 * sigma))?;
+    let mut sq: Vec<f64> = points.iter().map(|x| quadric.distance(x).powi(2)).collect();
+    // The inner four fifths of normal distances have 0.44 of the mean square.
+    let inner = sq.len() * 4 / 5;
+    sq.select_nth_unstable_by(inner, f64::total_cmp);
+    let scatter = (sq[..inner].iter().sum::<f64>() / inner as f64 / 0.44).sqrt();
+    (scatter < NOISE_ALONE * sigma).then_some(quadric)
 }

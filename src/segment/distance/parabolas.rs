@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::engine::{Model, take};
+use super::others::one_quadric;
 use super::scene::Scene;
 use super::uncertainty::SAMPLE;
 use crate::fit::{Family, Shape, Spread};
@@ -20,16 +21,24 @@ const KNOWN: f64 = 0.1;
 ///
 /// Where surfaces have a form error, that is what makes a far centre known.
 pub fn open(scene: &Scene, model: &Model, groups: &[Vec<u32>], sigma: f64) -> Vec<bool> {
-    let is_one = |(s, g): (&Shape, &Vec<u32>)| {
+    let look = |(s, g): (&Shape, &Vec<u32>)| {
         let points = take(scene, g, SAMPLE);
-        far_axis(s, &points).is_some_and(|k| model.form_error || !is_known(s, k, &points, sigma))
+        let axis = far_axis(s, &points);
+        let known = axis.is_some_and(|k| !model.form_error && is_known(s, k, &points, sigma));
+        (axis.map(|_| points), axis.is_some() && !known)
     };
-    let open: Vec<bool> = model.shapes.par_iter().zip(groups).map(is_one).collect();
+    let (far, open): (Vec<Option<Vec<Vec3>>>, Vec<bool>) =
+        model.shapes.par_iter().zip(groups).map(look).unzip();
     let points: usize = groups.iter().map(Vec::len).sum();
     let within: usize = groups.iter().zip(&open).filter(|g| *g.1).map(|g| g.0.len()).sum();
     let several = model.form_error || open.iter().filter(|o| **o).count() > 1;
-    let most = several && 2 * within > points;
-    open.into_iter().map(|o| o && most).collect()
+    if several && 2 * within > points {
+        return open;
+    }
+    // Pieces of one quadric that is no ellipse.
+    let together: Vec<Vec3> = far.iter().flatten().flatten().copied().collect();
+    let pieces = far.iter().flatten().count() > 1 && one_quadric(&together, sigma).is_some();
+    far.iter().map(|f| f.is_some() && pieces).collect()
 }
 
 /// The semi-axis of an elliptic shape along which its centre lies far beyond its points, if any.
