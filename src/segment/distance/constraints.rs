@@ -5,10 +5,12 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::pieces::pieces;
 use super::reasons::Reason;
 use crate::fit::least_squares::{Options, fit};
-use crate::fit::{Family, Shape};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Parameters;
 
@@ -26,16 +28,17 @@ pub struct Candidate {
 /// how many points lost theirs for each reason.
 pub fn enforce(
     points: &[Vec3],
-    found: Vec<Candidate>,
+    mut found: Vec<Candidate>,
     parameters: &Parameters,
 ) -> (Vec<Candidate>, BTreeMap<Reason, usize>) {
     let mut lost = BTreeMap::new();
     let mut lose = |reason, n: usize| *lost.entry(reason).or_insert(0) += n;
     let mut kept = Vec::new();
-    for mut candidate in found {
-        if let Some(tolerance) = parameters.tolerance {
-            lose(Reason::Outlier, trim(points, &mut candidate, tolerance));
-        }
+    if let Some(tolerance) = parameters.tolerance {
+        let trimmed = found.par_iter_mut().map(|c| trim(points, c, tolerance));
+        lose(Reason::Outlier, trimmed.sum());
+    }
+    for candidate in found {
         for piece in split(points, candidate, parameters) {
             if piece.members.len() < parameters.min_points {
                 lose(Reason::TooSmall, piece.members.len());
@@ -53,12 +56,23 @@ pub fn enforce(
     (kept, lost)
 }
 
+/// Points measured at once.
+const CHUNK: usize = 512;
+
 /// Takes the points beyond `tolerance` from a candidate. Returns how many.
 fn trim(points: &[Vec3], candidate: &mut Candidate, tolerance: f64) -> usize {
-    let before = candidate.members.len();
-    let shape = &candidate.shape;
-    candidate.members.retain(|&i| shape.distance(&points[i as usize]).abs() <= tolerance);
-    candidate.rejected = before - candidate.members.len();
+    let ruler = Ruler::of(&candidate.shape);
+    let mut kept = Vec::with_capacity(candidate.members.len());
+    let (mut at, mut distances) = (Vec::with_capacity(CHUNK), [0.0; CHUNK]);
+    for members in candidate.members.chunks(CHUNK) {
+        at.clear();
+        at.extend(members.iter().map(|&i| points[i as usize]));
+        ruler.distances(&at, &mut distances);
+        let near = members.iter().zip(&distances).filter(|(_, d)| d.abs() <= tolerance);
+        kept.extend(near.map(|(i, _)| *i));
+    }
+    candidate.rejected = candidate.members.len() - kept.len();
+    candidate.members = kept;
     candidate.rejected
 }
 
