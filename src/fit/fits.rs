@@ -244,3 +244,10 @@ fn a_robust_fit_to_exact_points_is_not_held_by_a_few_of_them() {
         assert!(best < cut, "{:?}: {best}", shape.family);
     }
 }
+
+#[test]
+fn a_line_seen_along_it_has_no_circle() {
+    let points: Vec<Vec3> = (0..40).map(|k| Vec3::new(1.0, 2.0, f64::from(k))).collect();
+    assert!(starts::cylinder(&points, &Vec3::z()).is_none());
+    assert!(starts::sphere(&[Vec3::new(1.0, 2.0, 3.0); 9]).is_none());
+}

@@ -94,6 +94,10 @@ fn round<const D: usize, const E: usize>(
     let mean = points.clone().sum::<SVector<f64, D>>() / n;
     let sq_mean = points.clone().map(|q| (q - mean).norm_squared()).sum::<f64>() / n;
     let unit = 2.0 * sq_mean.sqrt();
+    // Points of one place have none: of a line, seen along it.
+    if !unit.is_normal() {
+        return None;
+    }
     let mut m = SMatrix::<f64, E, E>::zeros();
     for q in points {
         let q = q - mean;
@@ -101,6 +105,9 @@ fn round<const D: usize, const E: usize>(
             if i < D { q[i] } else { (q.norm_squared() - sq_mean) / unit }
         });
         m += f * f.transpose();
+    }
+    if !m.iter().all(|v| v.is_finite()) {
+        return None;
     }
     let dynamic = nalgebra::DMatrix::from_fn(E, E, |i, j| m[(i, j)]);
     let e = dynamic.symmetric_eigen();

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::engine::Model;
+use super::engine::{Model, take_with_normals};
 use super::family::{Families, Scored};
 use super::hypothesis::correlation;
 use super::label::members;
@@ -92,10 +92,7 @@ struct Split {
 
 /// The cheapest split of a region across one of its principal axes, where it is worth it.
 fn split(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Option<Split> {
-    let m = group.len().min(SAMPLE);
-    let taken: Vec<usize> = (0..m).map(|k| group[k * group.len() / m] as usize).collect();
-    let points: Vec<Vec3> = taken.iter().map(|&i| scene.points[i]).collect();
-    let normals: Vec<Vec3> = taken.iter().map(|&i| scene.normals[i]).collect();
+    let (points, normals) = take_with_normals(scene, group, SAMPLE);
     let own = families.score(*shape, &points);
     let axes = principal_axes(&points);
     let splits = axes.into_iter().filter_map(|axis| {

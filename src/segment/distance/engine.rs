@@ -75,9 +75,14 @@ pub fn take_core(
         |i: &u32| scene.neighbours(*i as usize).iter().all(|&j| labels[j as usize] == label);
     let core: Vec<u32> = group.iter().copied().filter(inside).collect();
     let set = if core.len() >= 60 && core.len() * 3 > group.len() { &core } else { group };
-    let m = set.len().min(limit);
-    let normals = (0..m).map(|k| scene.normals[set[k * set.len() / m] as usize]).collect();
-    (take(scene, set, limit), normals)
+    take_with_normals(scene, set, limit)
+}
+
+/// What [`take`] does, and the normals there.
+pub fn take_with_normals(scene: &Scene, members: &[u32], limit: usize) -> (Vec<Vec3>, Vec<Vec3>) {
+    let m = members.len().min(limit);
+    let normals = (0..m).map(|k| scene.normals[members[k * members.len() / m] as usize]);
+    (take(scene, members, limit), normals.collect())
 }
 
 fn refit(scene: &Scene, shapes: &mut [Shape], labels: &[i32], sigma: f64, limit: usize) {

@@ -32,6 +32,7 @@ mod select;
 mod spread;
 mod steps;
 mod strays;
+mod trial;
 mod uncertainty;
 mod union;
 

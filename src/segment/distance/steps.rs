@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::engine::{Model, take};
+use super::engine::{Model, take_with_normals};
 use super::family::Families;
 use super::label::members;
 use super::scene::Scene;
@@ -14,7 +14,6 @@ use super::union::Union;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Ruler, Shape};
-use crate::geometry::Vec3;
 
 /// Points of a side of a step, at least, and the least share of the region's.
 const LEAST: usize = 100;
@@ -165,10 +164,7 @@ fn judged(
     families: &Families,
 ) -> Option<[Side; 2]> {
     let best = |side: &[u32]| {
-        let points = take(scene, side, SAMPLE);
-        let m = points.len();
-        let normals: Vec<Vec3> =
-            (0..m).map(|k| scene.normals[side[k * side.len() / m] as usize]).collect();
+        let (points, normals) = take_with_normals(scene, side, SAMPLE);
         let all = families.each(&Patch { points: &points, normals: &normals }, &[*shape]);
         let best = all.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
         (!is_uneven(scene, &best.shape, side, families.sigma)).then_some((best, points))
@@ -197,9 +193,11 @@ fn middle_of(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::engine::take;
     use super::*;
     use crate::fit::Family;
     use crate::fit::fits::Random;
+    use crate::geometry::Vec3;
     use crate::segment::Parameters;
     use crate::segment::distance::family::Policy;
 
