@@ -1,6 +1,7 @@
 //! Measures the service against the library and under load, and prints a table for each part.
 //!
-//! `cargo run --release --example load [-- PART...]`; without a part all run, in about six minutes:
+//! `cargo run --release --example load [-- PART...]`; without a part all but `soak` run, in about ten
+//! minutes:
 //!
 //! | part | shows |
 //! |---|---|
@@ -10,6 +11,10 @@
 //! | `beside` | small requests while a cloud of ten million points is at work |
 //! | `cancel` | how soon the threads are free when a large run is cancelled |
 //! | `survival` | 50 queued jobs and `kill -9`, twenty times |
+//! | `gone` | 300 callers who hang up after their last byte and send the same again |
+//! | `full` | a disk that fills up and has room again; needs `unshare` and `mount` |
+//! | `damaged` | 120 starts on a database with changed bytes |
+//! | `soak` | half an hour of mixed load with cancels, broken uploads and rubbish; `soak=SECONDS` for less |
 //!
 //! The service runs in a process of its own, on the same processors as its callers: other programs on
 //! the machine spoil the figures. A part that misses its mark says so, and then the command fails.
@@ -21,9 +26,17 @@ mod beside;
 mod caller;
 mod cancel;
 mod cloud;
+mod damaged;
+mod full;
+mod gone;
+mod jobs;
 mod overload;
+#[path = "../clouds/random.rs"]
+#[allow(dead_code, reason = "whole numbers are all that is needed here")]
+mod random;
 mod rates;
 mod server;
+mod soak;
 mod survival;
 
 use std::process::ExitCode;
@@ -31,13 +44,16 @@ use std::process::ExitCode;
 /// One part: what it prints is its table, what it returns the marks it missed.
 type Part = (&'static str, fn() -> Vec<String>);
 
-const PARTS: [Part; 6] = [
+const PARTS: [Part; 9] = [
     ("rates", rates::run),
     ("answer", answer::run),
     ("overload", overload::run),
     ("beside", beside::run),
     ("cancel", cancel::run),
     ("survival", survival::run),
+    ("gone", gone::run),
+    ("full", full::run),
+    ("damaged", damaged::run),
 ];
 
 fn main() -> ExitCode {
@@ -48,8 +64,11 @@ fn main() -> ExitCode {
         Some("call") => return overload::call(&words[1..]),
         _ => {}
     }
-    if let Some(wrong) = words.iter().find(|word| !PARTS.iter().any(|(name, _)| name == word)) {
-        eprintln!("no part '{wrong}': the parts are {}", PARTS.map(|(name, _)| name).join(", "));
+    let soak = words.iter().find_map(|word| soak::seconds(word));
+    let known = |word: &str| PARTS.iter().any(|(name, _)| *name == word);
+    if let Some(wrong) = words.iter().find(|word| !known(word) && soak::seconds(word).is_none()) {
+        let names = PARTS.map(|(name, _)| name).join(", ");
+        eprintln!("no part '{wrong}': the parts are {names}, soak and soak=SECONDS");
         return ExitCode::FAILURE;
     }
     let mut missed = Vec::new();
@@ -59,6 +78,10 @@ fn main() -> ExitCode {
             missed.extend(run().into_iter().map(|mark| format!("{name}: {mark}")));
             println!();
         }
+    }
+    if let Some(seconds) = soak {
+        println!("== soak");
+        missed.extend(soak::run(seconds).into_iter().map(|mark| format!("soak: {mark}")));
     }
     missed.iter().for_each(|mark| println!("missed: {mark}"));
     if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }

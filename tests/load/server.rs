@@ -1,42 +1,96 @@
 use std::{
-    fs,
+    fs::{self, File},
     io::{BufRead, BufReader},
     process::{Child, Command, Stdio},
 };
 
 use reqwest::{Client, Response};
 use serde_json::Value;
+use tempfile::NamedTempFile;
 
 /// A service in a process of its own; killed when dropped.
 pub struct Server {
     child: Child,
+    log: NamedTempFile,
     /// The URL of its HTTP listener.
     pub http: String,
     /// The URL of its gRPC listener.
     pub grpc: String,
+    /// The URL of the operators' listener.
+    pub admin: String,
 }
 
 impl Server {
     /// Starts it on free ports.
     pub fn start(flags: &[&str]) -> Self {
-        let mut child = Command::new(std::env::current_exe().unwrap())
+        Self::try_start(&[], flags).unwrap()
+    }
+
+    /// Starts it on free ports by the command `within`, which gets the service's own command as its
+    /// last words.
+    ///
+    /// # Errors
+    /// What it wrote before it ended.
+    pub fn try_start(within: &[&str], flags: &[&str]) -> Result<Self, String> {
+        let log = NamedTempFile::new().unwrap();
+        let this = std::env::current_exe().unwrap();
+        let mut words = within.iter().map(AsRef::as_ref).chain([this.as_os_str()]);
+        let mut child = Command::new(words.next().unwrap())
+            .args(words)
             .args(["serve", "--http=127.0.0.1:0", "--grpc=127.0.0.1:0", "--admin=127.0.0.1:0"])
             .arg("--log=error")
             .args(flags)
             .stdout(Stdio::piped())
+            .stderr(File::create(log.path()).unwrap())
             .spawn()
             .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let mut line = || lines.next().unwrap().unwrap();
-        let (http, grpc) = (line(), line().replace("grpc://", "http://"));
-        Self { child, http, grpc }
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map_while(Result::ok);
+        let mut line = || lines.next();
+        let (Some(http), Some(grpc), Some(admin)) = (line(), line(), line()) else {
+            let end = child.wait().unwrap();
+            return Err(format!("{end}: {}", fs::read_to_string(log.path()).unwrap()));
+        };
+        let plain = |url: String| format!("http://{}", url.split_once("://").unwrap().1);
+        Ok(Self { child, log, http, grpc: plain(grpc), admin: plain(admin) })
+    }
+
+    /// What it has written into its log.
+    pub fn log(&self) -> String {
+        String::from_utf8_lossy(&fs::read(self.log.path()).unwrap()).into_owned()
+    }
+
+    /// The process's number.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Whether it goes on.
+    pub fn is_alive(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
     }
 
     /// The most memory it has had, in MiB.
     pub fn peak_memory(&self) -> f64 {
+        self.memory("VmHWM:")
+    }
+
+    /// The memory it has now, in MiB.
+    pub fn resident_memory(&self) -> f64 {
+        self.memory("VmRSS:")
+    }
+
+    fn memory(&self, field: &str) -> f64 {
         let status = fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
-        let line = status.lines().find(|line| line.starts_with("VmHWM:")).unwrap();
+        let line = status.lines().find(|line| line.starts_with(field)).unwrap();
         line.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap() / 1024.0
+    }
+
+    /// The value of a metric without labels.
+    pub async fn metric(&self, name: &str) -> f64 {
+        let text = reqwest::get(format!("{}/metrics", self.admin)).await.unwrap().text().await;
+        let text = text.unwrap();
+        let line = text.lines().find_map(|line| line.strip_prefix(&format!("{name} ")));
+        line.unwrap().parse().unwrap()
     }
 
     /// The URL of the segmentations.
