@@ -17,6 +17,11 @@ const POINTS: usize = 900;
 const WAIT: Duration = Duration::from_secs(10);
 /// The first bytes of the file, where the database describes itself.
 const HEAD: usize = 512;
+/// How a result begins that lies in the file as it was written.
+const RESULT: &[u8] = b"{\"conicoid\":";
+/// Bytes of a result in which a digit is looked for, and how many there are at least.
+const WITHIN: usize = 4096;
+const FEW: usize = 100;
 
 pub fn run() -> Vec<String> {
     let directory = tempfile::tempdir().unwrap();
@@ -24,7 +29,10 @@ pub fn run() -> Vec<String> {
     let file = directory.path().join("jobs.redb");
     let right = {
         let server = Server::start(&[&data]);
-        block_on(answers(&server))
+        let right = block_on(answers(&server));
+        // after a sudden end the database looks through all it holds, and finds the damage by itself
+        server.stop();
+        right
     };
     let good = fs::read(&file).unwrap();
     let used = good.iter().rposition(|byte| *byte != 0).unwrap_or(0) + 1;
@@ -68,14 +76,22 @@ async fn answers(server: &Server) -> HashMap<String, String> {
     answers
 }
 
-/// One bit of the head, a block of noise, or a few zeros, in turns.
+/// One bit of the head, a block of noise, a few zeros, or one digit within a result, in turns.
 fn damage(good: &[u8], used: usize, round: usize, random: &mut Random) -> Vec<u8> {
     let mut bytes = good.to_vec();
-    let place = random.below(if round.is_multiple_of(3) { HEAD } else { used });
-    match round % 3 {
-        0 => bytes[place] ^= 1 << random.below(8),
-        1 => bytes.iter_mut().skip(place).take(512).for_each(|byte| *byte = random.bits() as u8),
-        _ => bytes.iter_mut().skip(place).take(64).for_each(|byte| *byte = 0),
+    let anywhere = random.below(used);
+    match round % 4 {
+        0 => bytes[random.below(HEAD)] ^= 1 << random.below(8),
+        1 => bytes.iter_mut().skip(anywhere).take(512).for_each(|byte| *byte = random.bits() as u8),
+        2 => bytes.iter_mut().skip(anywhere).take(64).for_each(|byte| *byte = 0),
+        _ => {
+            let results: Vec<_> =
+                good.windows(RESULT.len()).enumerate().filter(|(_, w)| *w == RESULT).collect();
+            let (begin, _) = results[random.below(results.len())];
+            let digits = bytes[begin..].iter_mut().take(WITHIN).filter(|b| b.is_ascii_digit());
+            // another digit: still a number
+            digits.skip(random.below(FEW)).take(1).for_each(|byte| *byte ^= 1);
+        }
     }
     bytes
 }

@@ -64,6 +64,12 @@ impl Server {
         self.child.id()
     }
 
+    /// Tells it to stop, and waits until it has.
+    pub fn stop(mut self) {
+        Command::new("kill").args(["-TERM", &self.id().to_string()]).status().unwrap();
+        self.child.wait().unwrap();
+    }
+
     /// Whether it goes on.
     pub fn is_alive(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
