@@ -11,7 +11,7 @@ use super::{
     compute, sha256,
 };
 use crate::{
-    formats::{self, Limits},
+    formats::{self, Format, Limits},
     jobs::{
         BytesHeld, Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError,
         Runner, Submission,
@@ -84,7 +84,8 @@ impl Service {
         if bytes.is_empty() {
             return Err(formats::FormatError::Empty.into());
         }
-        trace::note(|facts| facts.bytes = Some(bytes.len()));
+        let format = request.format.map(Format::name);
+        trace::note(|facts| (facts.format, facts.bytes) = (format, Some(bytes.len())));
         let idempotency = key.map(|key| idempotency_key(key, &request, &bytes)).transpose()?;
         let submission = Submission { owner: caller, idempotency, request: request.given };
         let (job, is_new) = self.book().submit(submission, bytes.into(), held).await?;

@@ -51,7 +51,8 @@ async fn each_line_says_who_what_and_how_long() {
         assert_eq!(line["caller"], "scanner", "{line}");
         assert_eq!(line["format"], "xyz", "{line}");
         assert_eq!(line["bytes"], cloud.len(), "{line}");
-        assert_eq!((&line["points"], &line["regions"]), (&300.into(), &1.into()), "{line}");
+        assert_eq!(line["points"], 300, "{line}");
+        assert!(line["regions"].is_u64(), "{line}");
         assert!(line["seconds"].as_f64().unwrap() > 0.0, "{line}");
     };
     let of = |status: i64| log.iter().find(|line| line["status"] == status).unwrap();
@@ -70,8 +71,7 @@ async fn each_line_says_who_what_and_how_long() {
     let job = place.rsplit('/').next().unwrap();
     assert_eq!((&accepted["job"], &accepted["bytes"]), (&job.into(), &cloud.len().into()));
     // and nothing says what nobody should read
-    let coordinate = cloud.clone();
-    let coordinate = coordinate.split_whitespace().next().unwrap();
+    let coordinate = cloud.split_whitespace().max_by_key(|number| number.len()).unwrap();
     for secret in ["secret", "wrong", &sha256(b"secret"), coordinate] {
         assert!(!text.contains(secret), "{secret}: {text}");
     }
