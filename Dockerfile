@@ -1,3 +1,7 @@
+# The base images go by tag: their digests change with every repair of Debian's, and a release should have
+# those. Where a build must be the same again, pin them: `docker buildx imagetools inspect IMAGE:TAG` prints the
+# digest, to be written as IMAGE:TAG@sha256:... in both FROM lines.
+#
 # Dependencies are built in a layer of their own, which changes only with Cargo.toml, Cargo.lock and proto/.
 FROM rust:1.95-slim-bookworm AS build
 WORKDIR /build
@@ -13,6 +17,7 @@ RUN touch src/main.rs src/lib.rs && cargo build --release --locked --bin conicoi
 # glibc and libgcc, without a shell or a package manager
 FROM gcr.io/distroless/cc-debian12:nonroot
 COPY --from=build /build/target/release/conicoid /usr/local/bin/conicoid
+COPY LICENSE /usr/share/doc/conicoid/LICENSE
 # a volume mounted here takes over the owner, so that --data-dir can be used without root
 COPY --from=build --chown=10001:10001 /build/data /data
 USER 10001:10001

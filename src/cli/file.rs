@@ -3,7 +3,7 @@ use std::{collections::BTreeMap, ffi::OsString, fs};
 use clap::{Arg, ArgMatches, Command};
 use toml::Value;
 
-use super::AnyError;
+use super::{AnyError, environment::nearest};
 
 /// Why a settings file is not used.
 #[derive(Debug, thiserror::Error)]
@@ -24,12 +24,25 @@ pub enum FileError {
         /// Why.
         error: Box<toml::de::Error>,
     },
-    /// It names a setting that is none, or gives it a table.
-    #[error("the settings file {path}: '{name}' is no setting; 'conicoid serve --help' lists them")]
+    /// It names a setting that is none.
+    #[error(
+        "the settings file {path}: '{name}' is no setting; the nearest is '{nearest}'. 'conicoid serve \
+         --help' lists them"
+    )]
     Unknown {
         /// The file.
         path: String,
         /// The name.
+        name: String,
+        /// The setting that is spelt most like it.
+        nearest: String,
+    },
+    /// It gives a setting a table.
+    #[error("the settings file {path}: '{name}' is no table, and has one")]
+    Table {
+        /// The file.
+        path: String,
+        /// The setting.
         name: String,
     },
     /// A value of it is not one its setting takes.
@@ -72,11 +85,12 @@ fn with_values(command: Command, path: &str) -> Result<Command, FileError> {
         .map_err(|error| FileError::Toml { path: path.clone(), error: Box::new(error) })?;
     let values = values.into_iter().map(|(name, value)| {
         let known = name.replace('-', "_");
-        let is_setting = known != "config" && command.get_arguments().any(|a| a.get_id() == &known);
-        match text_of(value) {
-            Some(text) if is_setting => Ok((known, text)),
-            _ => Err(FileError::Unknown { path: path.clone(), name }),
+        if !settings(&command).any(|setting| setting == known) {
+            let nearest = nearest(&known, settings(&command)).to_owned();
+            return Err(FileError::Unknown { path: path.clone(), name, nearest });
         }
+        let text = text_of(value).ok_or_else(|| FileError::Table { path: path.clone(), name })?;
+        Ok((known, text))
     });
     let values = values.collect::<Result<BTreeMap<_, _>, _>>()?;
     let defaults = |arg: Arg| match values.get(arg.get_id().as_str()) {
@@ -84,6 +98,11 @@ fn with_values(command: Command, path: &str) -> Result<Command, FileError> {
         None => arg,
     };
     Ok(command.mut_args(defaults).mut_subcommand("serve", |serve| serve.mut_args(defaults)))
+}
+
+/// The settings that a file may name.
+fn settings(command: &Command) -> impl Iterator<Item = &str> {
+    command.get_arguments().map(|a| a.get_id().as_str()).filter(|id| *id != "config")
 }
 
 /// A value as the command line would give it; `None` for a table.

@@ -42,6 +42,11 @@ fn describe() {
         "conicoid_connections_delayed_total",
         "Connections that had to wait until another ended"
     );
+    describe_counter!("conicoid_tls_handshakes_failed_total", "TLS handshakes that were refused");
+    describe_counter!(
+        "conicoid_trace_exports_failed_total",
+        "Batches of spans that did not reach the collector"
+    );
 }
 
 /// Begins to measure; the answer writes all metrics down, with those that are asked for as they are.

@@ -1,11 +1,13 @@
 //! The command line: `serve`, `segment`, `openapi`, `key` and `health`.
 
+mod environment;
 mod file;
 mod health;
 mod key;
 mod logging;
 mod measure;
 mod memory;
+mod output;
 mod segment;
 mod serve;
 mod settings;
@@ -62,13 +64,17 @@ type AnyError = Box<dyn std::error::Error + Send + Sync>;
 /// The settings that `args`, the environment and the settings file give.
 ///
 /// # Errors
-/// The settings file is not usable, or a setting is wrong.
+/// The settings file is not usable, a setting is wrong, or a variable `CONICOID_...` is no setting.
 pub fn settings(args: &[OsString]) -> Result<Settings, Box<dyn std::error::Error + Send + Sync>> {
     Ok(parse(args)?.settings)
 }
 
 fn parse(args: &[OsString]) -> Result<Cli, AnyError> {
-    Ok(Cli::from_arg_matches(&file::matches(Cli::command(), args)?)?)
+    let command = Cli::command();
+    let matches = file::matches(command.clone(), args)?;
+    // help and version are told in any environment
+    environment::check(&command)?;
+    Ok(Cli::from_arg_matches(&matches)?)
 }
 
 /// Runs the command line of this process.
@@ -87,7 +93,7 @@ pub fn main() -> ExitCode {
         // help and version come this way too
         Err(Ok(error)) => error.exit(),
         Err(Err(error)) => {
-            eprintln!("conicoid: {error}");
+            eprintln!("conicoid: {}", logging::shown(&error.to_string()));
             ExitCode::FAILURE
         }
     }

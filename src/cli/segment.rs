@@ -14,7 +14,11 @@ use clap::{
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{AnyError, settings::number_above_zero};
+use super::{
+    AnyError,
+    output::{self, Output},
+    settings::number_above_zero,
+};
 use crate::{
     formats::{Format, Limits},
     jobs::Control,
@@ -27,11 +31,11 @@ use crate::{
 pub struct SegmentArgs {
     /// The point cloud; `-` reads standard input
     cloud: PathBuf,
-    /// Where the result goes; standard output when absent or `-`
+    /// Where the result goes; standard output when absent or `-`. The file is there when it is whole
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Form of the result; the ending of the output's name tells it when absent, and JSON is what is
-    /// written where that is none of these
+    /// Form of the result; the ending of the output's name tells it when absent, which must be one of
+    /// these. Standard output gets JSON
     #[arg(long, value_name = "FORM", value_parser = forms())]
     output_format: Option<Representation>,
     /// Threads; one a processor when absent
@@ -121,16 +125,23 @@ pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
         request.set_format(extension.and_then(Format::from_extension));
     }
     let output = args.output.as_deref().filter(|path| !is_dash(path));
-    let ending = output.and_then(|path| path.extension()?.to_str());
-    let form = args.output_format.or_else(|| Representation::from_extension(ending?));
-    let form = form.unwrap_or(Representation::Json);
+    let form = match (args.output_format, output) {
+        (Some(form), _) => form,
+        (None, Some(path)) => output::form(path)?,
+        (None, None) => Representation::Json,
+    };
+    // what cannot be written is told before the work is done
+    let output = output.map(|path| Output::new(path, &args.cloud)).transpose()?;
     let bytes = read(&args.cloud)?;
     let answer = segment(&bytes, &request, args.max_points)?;
     let mut result = form.render(answer, request.labels)?;
     if form == Representation::Json {
         result.push(b'\n');
     }
-    write(output, &result)
+    match output {
+        Some(output) => Ok(output.write(&result)?),
+        None => Ok(io::stdout().lock().write_all(&result)?),
+    }
 }
 
 fn is_dash(path: &Path) -> bool {
@@ -173,9 +184,4 @@ fn show_progress(control: &Arc<Control>) -> ProgressBar {
         }
     });
     bar
-}
-
-fn write(path: Option<&Path>, result: &[u8]) -> Result<(), AnyError> {
-    let Some(path) = path else { return Ok(io::stdout().lock().write_all(result)?) };
-    fs::write(path, result).map_err(|e| format!("cannot write {}: {e}", path.display()).into())
 }

@@ -6,7 +6,6 @@ use std::{
 };
 
 use tokio::{net::TcpListener, signal, task::JoinSet};
-use tokio_rustls::TlsAcceptor;
 use tokio_util::sync::CancellationToken;
 
 use super::{AnyError, Settings, TlsError, logging, measure, memory, tls, traces::Traces};
@@ -69,7 +68,7 @@ pub struct Addresses {
 
 /// A service that has its listeners and is ready to run.
 pub struct Server {
-    tls: Option<(TlsAcceptor, TlsAcceptor)>,
+    tls: Option<(http::Tls, http::Tls)>,
     service: Arc<Service>,
     settings: Settings,
     http: TcpListener,

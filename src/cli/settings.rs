@@ -43,13 +43,15 @@ pub struct Settings {
         action = ArgAction::Set
     )]
     pub allow_anonymous: bool,
-    /// Certificate chain of the HTTP and gRPC listeners, in PEM; plain text when absent
+    /// Certificate chain of the HTTP and gRPC listeners, in PEM, read again when it changes; plain text
+    /// when absent
     #[arg(long, env = "CONICOID_TLS_CERT", value_name = "FILE")]
     pub tls_cert: Option<PathBuf>,
-    /// Private key of the certificate, in PEM
+    /// Private key of the certificate, in PEM, read again when it changes
     #[arg(long, env = "CONICOID_TLS_KEY", value_name = "FILE")]
     pub tls_key: Option<PathBuf>,
-    /// Authority that client certificates must come from, in PEM; none are asked for when absent
+    /// Authority that client certificates must come from, in PEM, read again when it changes; none are
+    /// asked for when absent. Without keys the subject of a certificate says whose a job is
     #[arg(long, env = "CONICOID_CLIENT_CA", value_name = "FILE")]
     pub client_ca: Option<PathBuf>,
     /// Origins whose web pages may call, such as https://viewer.example, separated by commas; none when

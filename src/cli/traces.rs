@@ -1,10 +1,14 @@
-use std::time::Duration;
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
 
 use opentelemetry::KeyValue;
 use opentelemetry_otlp::{ExporterBuildError, SpanExporter, WithExportConfig};
 use opentelemetry_sdk::{
     Resource,
-    trace::{Sampler, SdkTracerProvider},
+    error::OTelSdkResult,
+    trace::{self, Sampler, SdkTracerProvider, SpanData},
 };
 
 use super::Settings;
@@ -30,6 +34,7 @@ impl Traces {
         let resource = Resource::builder().with_service_name("conicoid").with_attribute(version);
         let sampler =
             Sampler::ParentBased(Box::new(Sampler::TraceIdRatioBased(settings.trace_share)));
+        let exporter = Watched { exporter, fails: AtomicBool::new(false) };
         let provider = SdkTracerProvider::builder()
             .with_resource(resource.build())
             .with_sampler(sampler)
@@ -48,5 +53,42 @@ impl Drop for Traces {
         if let Err(error) = self.0.shutdown_with_timeout(LAST_SPANS) {
             tracing::warn!(%error, "the last spans did not reach the collector");
         }
+    }
+}
+
+/// The exporter; batches that fail are counted, and the first of them and the next that does not are told.
+#[derive(Debug)]
+struct Watched<E> {
+    exporter: E,
+    fails: AtomicBool,
+}
+
+impl<E: trace::SpanExporter> trace::SpanExporter for Watched<E> {
+    async fn export(&self, batch: Vec<SpanData>) -> OTelSdkResult {
+        let done = self.exporter.export(batch).await;
+        if done.is_err() {
+            metrics::counter!("conicoid_trace_exports_failed_total").increment(1);
+        }
+        let failed = self.fails.swap(done.is_err(), Ordering::Relaxed);
+        match &done {
+            Err(error) if !failed => {
+                tracing::warn!(%error, "traces do not reach the collector (otlp_endpoint)");
+            }
+            Ok(()) if failed => tracing::info!("traces reach the collector again"),
+            _ => {}
+        }
+        done
+    }
+
+    fn shutdown_with_timeout(&self, timeout: Duration) -> OTelSdkResult {
+        self.exporter.shutdown_with_timeout(timeout)
+    }
+
+    fn force_flush(&self) -> OTelSdkResult {
+        self.exporter.force_flush()
+    }
+
+    fn set_resource(&mut self, resource: &Resource) {
+        self.exporter.set_resource(resource);
     }
 }

@@ -10,12 +10,14 @@ use axum::{
 use http_body_util::BodyExt;
 use tonic::{Code, Status};
 use tracing::Span;
-use uuid::Uuid;
 
 use super::intake::Intake;
 use crate::{
-    jobs::{BytesHeld, trace},
-    service::{ErrorKind, Service, ServiceError},
+    jobs::{
+        BytesHeld,
+        trace::{self, Facts},
+    },
+    service::{ErrorKind, Service, ServiceError, request_id},
 };
 
 /// Gives each call its id, its spans in log and trace, its line in the log, its place in the metrics
@@ -26,9 +28,7 @@ pub async fn wrap(
     next: Next,
 ) -> Response {
     let begin = Instant::now();
-    let sent = request.headers().get("x-request-id").and_then(|id| id.to_str().ok());
-    let id = sent.filter(|id| !id.is_empty() && id.len() <= 128).map(str::to_owned);
-    let id = id.unwrap_or_else(|| Uuid::now_v7().to_string());
+    let id = request_id(request.headers().get("x-request-id").and_then(|id| id.to_str().ok()));
     let method = request.uri().path().trim_start_matches('/').to_owned();
     if let Ok(value) = id.parse() {
         request.headers_mut().insert("x-request-id", value);
@@ -37,7 +37,8 @@ pub async fn wrap(
     let span = traced(&log, &request, &method);
     let held = service.share();
     let call = next.run(counted(request, &service, &held));
-    let response = trace::Scope::new(log.clone(), span.clone()).cover(call).await;
+    let scope = trace::Scope::new(log.clone(), span.clone());
+    let response = scope.clone().cover(call).await;
     let mut response = in_our_terms(response);
     if let Ok(value) = id.parse() {
         response.headers_mut().insert("x-request-id", value);
@@ -50,7 +51,11 @@ pub async fn wrap(
     let labels = [("rpc_method", method), ("rpc_response_status_code", name(code).to_owned())];
     metrics::histogram!("rpc_server_call_duration_seconds", &labels).record(begin.elapsed());
     let seconds = begin.elapsed().as_secs_f64();
-    log.in_scope(|| tracing::info!(code = name(code), seconds, "answered"));
+    let Facts { caller, format, bytes, points, regions, job } = scope.facts();
+    let code = name(code);
+    log.in_scope(|| {
+        tracing::info!(caller, format, bytes, points, regions, job, code, seconds, "answered");
+    });
     carried(response, held)
 }
 

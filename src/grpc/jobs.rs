@@ -31,7 +31,7 @@ impl v1::jobs_server::Jobs for Jobs {
         &self,
         call: Request<Streaming<v1::Upload>>,
     ) -> Result<Response<v1::Job>, Status> {
-        let caller = caller(&self.service, call.metadata())?;
+        let caller = caller(&self.service, &call)?;
         self.service.check_room()?;
         let mut upload = upload(&self.service, &call);
         let start = receive(call.into_inner(), &mut upload).await?;
@@ -42,7 +42,7 @@ impl v1::jobs_server::Jobs for Jobs {
     }
 
     async fn get_job(&self, call: Request<v1::GetJobRequest>) -> Result<Response<v1::Job>, Status> {
-        let caller = caller(&self.service, call.metadata())?;
+        let caller = caller(&self.service, &call)?;
         let job = self.service.job(&caller, &call.get_ref().id)?;
         Ok(Response::new(job.view().into()))
     }
@@ -53,7 +53,7 @@ impl v1::jobs_server::Jobs for Jobs {
         &self,
         call: Request<v1::GetJobRequest>,
     ) -> Result<Response<Self::WatchJobStream>, Status> {
-        let caller = caller(&self.service, call.metadata())?;
+        let caller = caller(&self.service, &call)?;
         let job = self.service.job(&caller, &call.get_ref().id)?;
         Ok(Response::new(Box::pin(job.watch().map(|view| Ok(view.into())))))
     }
@@ -62,7 +62,7 @@ impl v1::jobs_server::Jobs for Jobs {
         &self,
         call: Request<v1::GetJobResultRequest>,
     ) -> Result<Response<v1::Segmentation>, Status> {
-        let caller = caller(&self.service, call.metadata())?;
+        let caller = caller(&self.service, &call)?;
         let held = share(&self.service, &call);
         let v1::GetJobResultRequest { id, omit_labels } = call.into_inner();
         let tell = move |answer: crate::service::Answer, labels| {
@@ -75,7 +75,7 @@ impl v1::jobs_server::Jobs for Jobs {
         &self,
         call: Request<v1::CancelJobRequest>,
     ) -> Result<Response<v1::Job>, Status> {
-        let caller = caller(&self.service, call.metadata())?;
+        let caller = caller(&self.service, &call)?;
         let job = self.service.cancel(&caller, &call.get_ref().id).await?;
         Ok(Response::new(job.view().into()))
     }

@@ -10,13 +10,13 @@ mod timeout;
 use std::sync::Arc;
 
 use axum::Router;
-use tonic::{Status, metadata::MetadataMap, service::RoutesBuilder};
+use tonic::{Status, service::RoutesBuilder};
 use tonic_health::server::HealthReporter;
 
 use crate::{
     jobs::BytesHeld,
     service::{
-        Caller, Service, Upload,
+        Caller, Peer, Service, Upload,
         message::{
             DESCRIPTOR,
             v1::{jobs_server::JobsServer, segmentations_server::SegmentationsServer},
@@ -76,8 +76,8 @@ fn upload<T>(service: &Service, call: &tonic::Request<T>) -> Upload {
     service.upload(share(service, call))
 }
 
-/// Who makes the call.
-fn caller(service: &Service, metadata: &MetadataMap) -> Result<Caller, Status> {
-    let header = metadata.get("authorization").and_then(|value| value.to_str().ok());
-    Ok(service.caller(header)?)
+/// Who makes the call, by key or by the certificate of the connection.
+fn caller<T>(service: &Service, call: &tonic::Request<T>) -> Result<Caller, Status> {
+    let header = call.metadata().get("authorization").and_then(|value| value.to_str().ok());
+    Ok(service.caller(header, call.extensions().get::<Peer>())?)
 }

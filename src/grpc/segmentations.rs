@@ -36,7 +36,7 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         &self,
         call: Request<v1::SegmentRequest>,
     ) -> Result<Response<v1::Segmentation>, Status> {
-        caller(&self.service, call.metadata())?;
+        caller(&self.service, &call)?;
         let timeout = grpc_timeout(call.metadata());
         let mut upload = upload(&self.service, &call);
         let message = call.into_inner();
@@ -50,7 +50,7 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         &self,
         call: Request<Streaming<v1::Upload>>,
     ) -> Result<Response<v1::Segmentation>, Status> {
-        caller(&self.service, call.metadata())?;
+        caller(&self.service, &call)?;
         let timeout = grpc_timeout(call.metadata());
         self.service.check_room()?;
         let mut upload = upload(&self.service, &call);

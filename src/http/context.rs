@@ -7,26 +7,26 @@ use axum::{
     response::Response,
 };
 use tracing::Span;
-use uuid::Uuid;
 
 use super::problem;
-use crate::{jobs::trace, service::ServiceError};
+use crate::{
+    jobs::trace::{self, Facts},
+    service::{ServiceError, request_id},
+};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
-/// Longest request id taken over from a caller.
-const MAX_REQUEST_ID: usize = 128;
 
 /// Gives each request its id, its spans in log and trace and its line in the log, and each error its
 /// document.
 pub async fn wrap(request: Request, next: Next) -> Response {
     let begin = Instant::now();
-    let id = request_id(&request);
+    let id = request_id(text(&request, REQUEST_ID.as_str()));
     let route = request.extensions().get::<MatchedPath>().map(|path| path.as_str().to_owned());
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
     let log = tracing::info_span!("http", request_id = id, %method, path);
     let span = traced(&log, &request, route.as_deref());
     let scope = trace::Scope::new(log.clone(), span.clone());
-    let response = scope.cover(next.run(request)).await;
+    let response = scope.clone().cover(next.run(request)).await;
     let error = response.extensions().get::<ServiceError>().cloned();
     let mut response = problem::complete(response, &path, &id);
     if let Ok(value) = HeaderValue::from_str(&id) {
@@ -36,9 +36,17 @@ pub async fn wrap(request: Request, next: Next) -> Response {
     measure(&method, &route, status, error.as_ref(), begin);
     tell(&span, status, error.as_ref());
     let (status, seconds) = (status.as_u16(), begin.elapsed().as_secs_f64());
+    let Facts { caller, format, bytes, points, regions, job } = scope.facts();
     log.in_scope(|| match error {
-        Some(error) => tracing::info!(status, seconds, code = error.kind.row().code, "{error}"),
-        None => tracing::info!(status, seconds, "answered"),
+        Some(error) => {
+            let code = error.kind.row().code;
+            tracing::info!(caller, format, bytes, points, status, seconds, code, "{error}");
+        }
+        None => {
+            tracing::info!(
+                caller, format, bytes, points, regions, job, status, seconds, "answered"
+            );
+        }
     });
     response
 }
@@ -47,7 +55,7 @@ pub async fn wrap(request: Request, next: Next) -> Response {
 fn traced(log: &Span, request: &Request, route: Option<&str>) -> Span {
     let method = request.method().as_str();
     let name = route.map_or_else(|| method.to_owned(), |route| format!("{method} {route}"));
-    let header = |name: &str| Some(request.headers().get(name)?.to_str().ok()?.to_owned());
+    let header = |name: &str| text(request, name).map(str::to_owned);
     let span = trace::server(log, &name, header);
     trace::set(&span, "http.request.method", method.to_owned());
     trace::set(&span, "url.path", request.uri().path().to_owned());
@@ -101,11 +109,7 @@ fn known(method: &Method) -> String {
     if KNOWN.contains(method) { method.to_string() } else { "_OTHER".to_owned() }
 }
 
-/// The caller's id where it sent a decent one, a new one otherwise.
-fn request_id(request: &Request) -> String {
-    let sent = request.headers().get(REQUEST_ID).and_then(|value| value.to_str().ok());
-    let decent = |id: &&str| {
-        !id.is_empty() && id.len() <= MAX_REQUEST_ID && id.bytes().all(|b| b.is_ascii_graphic())
-    };
-    sent.filter(decent).map_or_else(|| Uuid::now_v7().to_string(), str::to_owned)
+/// A header, where it is there and text.
+fn text<'a>(request: &'a Request, name: &str) -> Option<&'a str> {
+    request.headers().get(name)?.to_str().ok()
 }

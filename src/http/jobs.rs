@@ -95,7 +95,7 @@ pub fn accepted(view: JobView) -> Response {
 
 /// The state of a job
 ///
-/// A job is visible only to the API key that submitted it.
+/// A job is visible only to the API key, or else the client certificate, that submitted it.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}", operation_id = "getJob", tag = "jobs",
     params(("id" = String, Path, description = "The job's id")),

@@ -12,6 +12,7 @@ mod linger;
 mod openapi;
 mod problem;
 mod segmentations;
+mod seldom;
 mod server;
 
 use std::sync::Arc;
@@ -31,7 +32,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 pub use admin::{Gauges, admin_router};
 pub use problem::Problem;
-pub use server::{Connections, serve};
+pub use server::{Connections, Tls, serve};
 
 use crate::service::Service;
 

@@ -1,6 +1,6 @@
 use std::{io, num::NonZeroUsize, sync::Arc, time::Duration};
 
-use axum::Router;
+use axum::{Extension, Router};
 use hyper_util::{
     rt::{TokioExecutor, TokioIo, TokioTimer},
     server::{conn::auto::Builder, graceful::GracefulShutdown},
@@ -14,6 +14,9 @@ use tokio::{
 use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::{TlsAcceptor, server::TlsStream};
 use tokio_util::sync::CancellationToken;
+
+use super::seldom::Seldom;
+use crate::service::Peer;
 
 /// Bytes read ahead or written behind on one connection: hundreds of uploads come in at a time when the
 /// service is overloaded, and what they read ahead counts against no budget.
@@ -61,13 +64,16 @@ impl Connections {
     }
 }
 
+/// What speaks TLS with the next connection: the files behind it may have changed since the last.
+pub type Tls = Arc<dyn Fn() -> TlsAcceptor + Send + Sync>;
+
 /// Serves `router` on `listener` until `stop`, then ends after the last request under way.
 ///
 /// HTTP/1 and HTTP/2, over TLS where `tls` is given.
 pub async fn serve(
     listener: TcpListener,
     router: Router,
-    tls: Option<TlsAcceptor>,
+    tls: Option<Tls>,
     connections: Connections,
     stop: CancellationToken,
 ) {
@@ -101,13 +107,16 @@ pub async fn serve(
 
 type Watcher = hyper_util::server::graceful::Watcher;
 
-async fn connection(stream: TcpStream, router: Router, tls: Option<TlsAcceptor>, watch: Watcher) {
+async fn connection(stream: TcpStream, router: Router, tls: Option<Tls>, watch: Watcher) {
     // answers are written whole, so waiting to fill packets only costs time
     let _ = stream.set_nodelay(true);
     let served = match tls {
         None => exchange(stream, router, watch).await,
-        Some(tls) => match handshake(stream, tls).await {
-            Some(stream) => exchange(stream, router, watch).await,
+        Some(tls) => match handshake(stream, tls()).await {
+            Some(stream) => {
+                let router = identified(router, &stream);
+                exchange(stream, router, watch).await
+            }
             None => return,
         },
     };
@@ -118,17 +127,33 @@ async fn connection(stream: TcpStream, router: Router, tls: Option<TlsAcceptor>,
 
 /// Begins TLS; says in the log why it cannot, for the caller is told next to nothing.
 async fn handshake(stream: TcpStream, tls: TlsAcceptor) -> Option<TlsStream<TcpStream>> {
+    /// Whoever wants to may fail a thousand times a second.
+    static LINES: Seldom = Seldom::new();
     let peer = stream.peer_addr().map(|peer| peer.to_string()).unwrap_or_default();
-    match tokio::time::timeout(HANDSHAKE_TIMEOUT, tls.accept(stream)).await {
+    let failed = match tokio::time::timeout(HANDSHAKE_TIMEOUT, tls.accept(stream)).await {
         Ok(Ok(stream)) => return Some(stream),
         // whoever only looks whether the port is open hangs up without a word
         Ok(Err(error)) if error.kind() == io::ErrorKind::UnexpectedEof => {
             tracing::debug!(peer, %error, "a TLS handshake broke off");
+            return None;
         }
-        Ok(Err(error)) => tracing::warn!(peer, %error, "a TLS handshake failed"),
-        Err(_) => tracing::warn!(peer, "a TLS handshake took too long"),
+        Ok(Err(error)) => error.to_string(),
+        Err(_) => format!("not done after {} s", HANDSHAKE_TIMEOUT.as_secs()),
+    };
+    metrics::counter!("conicoid_tls_handshakes_failed_total").increment(1);
+    if let Some(untold) = LINES.turn() {
+        tracing::warn!(peer, error = %failed, untold, "a TLS handshake failed");
     }
     None
+}
+
+/// `router` for this connection alone, whose requests tell of the client certificate, if there is one.
+fn identified(router: Router, stream: &TlsStream<TcpStream>) -> Router {
+    let certificates = stream.get_ref().1.peer_certificates();
+    match certificates.and_then(|chain| chain.first()) {
+        Some(certificate) => router.layer(Extension(Peer::of(certificate))),
+        None => router,
+    }
 }
 
 async fn exchange(

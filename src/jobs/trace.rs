@@ -1,7 +1,10 @@
 //! Spans for traces, apart from those of the log: they have the names of OpenTelemetry's conventions,
 //! and cost nothing where no collector is set.
 
-use std::collections::HashMap;
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use opentelemetry::{
     Key, Value,
@@ -22,17 +25,73 @@ tokio::task_local! {
     static SCOPE: Scope;
 }
 
-/// The spans of a request or a job: the log's, and the trace's.
+/// What a request or a job is about, for its line in the log and its span: who sent it, and how much it
+/// was. No secret and no coordinate is in it. What is not known is absent.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Facts {
+    /// Who sent it.
+    pub caller: Option<String>,
+    /// The cloud's format.
+    pub format: Option<&'static str>,
+    /// The cloud's bytes.
+    pub bytes: Option<usize>,
+    /// The points in it.
+    pub points: Option<usize>,
+    /// The surfaces found.
+    pub regions: Option<usize>,
+    /// The job it became.
+    pub job: Option<String>,
+}
+
+impl Facts {
+    fn describe(&self, span: &Span) {
+        let texts = [
+            ("enduser.id", self.caller.as_deref()),
+            ("conicoid.format", self.format),
+            ("conicoid.job.id", self.job.as_deref()),
+        ];
+        for (name, text) in texts {
+            text.into_iter().for_each(|text| set(span, name, text.to_owned()));
+        }
+        let numbers = [
+            ("conicoid.bytes", self.bytes),
+            ("conicoid.points", self.points),
+            ("conicoid.regions", self.regions),
+        ];
+        for (name, number) in numbers {
+            number.into_iter().for_each(|number| set(span, name, number as i64));
+        }
+    }
+}
+
+/// The spans of a request or a job: the log's, and the trace's; and what is known of it.
 #[derive(Clone, Debug)]
 pub struct Scope {
     log: Span,
     trace: Span,
+    facts: Arc<Mutex<Facts>>,
+}
+
+/// Adds to what is known of the request or job that is worked on.
+pub fn note(add: impl FnOnce(&mut Facts)) {
+    let _ = SCOPE.try_with(|scope| add(&mut scope.lock()));
 }
 
 impl Scope {
     /// The two spans of one request or job.
     pub fn new(log: Span, trace: Span) -> Self {
-        Self { log, trace }
+        Self { log, trace, facts: Arc::default() }
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Facts> {
+        self.facts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is known by now, told to the trace as well.
+    pub fn facts(&self) -> Facts {
+        let facts = self.lock().clone();
+        facts.describe(&self.trace);
+        facts
     }
 
     /// The scope that the current task works in.
@@ -42,7 +101,7 @@ impl Scope {
 
     /// Does `work` within both spans, on whichever thread this is.
     pub fn enter<T>(&self, work: impl FnOnce() -> T) -> T {
-        self.log.in_scope(|| self.trace.in_scope(work))
+        SCOPE.sync_scope(self.clone(), || self.log.in_scope(|| self.trace.in_scope(work)))
     }
 
     /// Lets `work` be done within both spans; says so where nobody waits for its end.
@@ -62,7 +121,10 @@ impl Drop for Waiting {
     fn drop(&mut self) {
         if let Some(scope) = &self.0 {
             fail(&scope.trace, "cancelled".to_owned());
-            scope.enter(|| tracing::info!("given up: the caller went away"));
+            let Facts { caller, format, bytes, .. } = scope.facts();
+            scope.log.in_scope(|| {
+                tracing::info!(caller, format, bytes, "given up: the caller went away");
+            });
         }
     }
 }

@@ -36,6 +36,9 @@ pub fn compute(
     }
     let begin = Instant::now();
     let format = request.format.or_else(|| Format::detect(bytes));
+    trace::note(|facts| {
+        (facts.format, facts.bytes) = (format.map(Format::name), Some(bytes.len()))
+    });
     let stopped = || control.stop().is_some();
     let watched = Watched { limits: *limits, stopped: &stopped };
     // a run that was stopped says so, wherever it was
@@ -54,6 +57,9 @@ pub fn compute(
     let (cloud, found, parse, span) = done?;
     let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
     describe(&span, &cloud, &found, &timing);
+    trace::note(|facts| {
+        (facts.points, facts.regions) = (Some(cloud.input_len), Some(found.regions.len()));
+    });
     metrics::counter!("conicoid_points_total").increment(cloud.input_len as u64);
     let input = Input {
         points: cloud.input_len,

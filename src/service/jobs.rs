@@ -1,4 +1,7 @@
-use std::{sync::Arc, time::Duration};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use bytes::Bytes;
 use uuid::Uuid;
@@ -8,10 +11,11 @@ use super::{
     compute, sha256,
 };
 use crate::{
-    formats::{self, Limits},
+    formats::{self, Format, Limits},
     jobs::{
         BytesHeld, Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError,
         Runner, Submission,
+        trace::{self, Facts},
     },
 };
 
@@ -29,12 +33,19 @@ pub struct SegmentationRunner {
 
 impl Runner for SegmentationRunner {
     fn run(&self, record: &JobRecord, input: &[u8], control: &Control) -> Outcome {
+        let begin = Instant::now();
+        trace::note(|facts| facts.caller.clone_from(&record.owner));
         let done = request_of(record)
             .and_then(|request| compute(input, &request, &self.limits, control))
             .and_then(|answer| Representation::Json.render(answer, true));
+        let Facts { caller, format, bytes, points, regions, .. } = trace::Scope::current().facts();
+        let seconds = begin.elapsed().as_secs_f64();
         match &done {
-            Ok(_) => tracing::info!("done"),
-            Err(error) => tracing::info!(code = error.kind.row().code, "{error}"),
+            Ok(_) => tracing::info!(caller, format, bytes, points, regions, seconds, "done"),
+            Err(error) => {
+                let code = error.kind.row().code;
+                tracing::info!(caller, format, bytes, points, seconds, code, "{error}");
+            }
         }
         done.map(Bytes::from).map_err(|error| fault(&error))
     }
@@ -73,9 +84,13 @@ impl Service {
         if bytes.is_empty() {
             return Err(formats::FormatError::Empty.into());
         }
+        let format = request.format.map(Format::name);
+        trace::note(|facts| (facts.format, facts.bytes) = (format, Some(bytes.len())));
         let idempotency = key.map(|key| idempotency_key(key, &request, &bytes)).transpose()?;
         let submission = Submission { owner: caller, idempotency, request: request.given };
-        Ok(self.book().submit(submission, bytes.into(), held).await?)
+        let (job, is_new) = self.book().submit(submission, bytes.into(), held).await?;
+        trace::note(|facts| facts.job = Some(job.record().id.to_string()));
+        Ok((job, is_new))
     }
 
     /// The job of that name.

@@ -1,12 +1,11 @@
 use std::{
     collections::HashMap,
-    fs, io,
+    fmt, fs, io,
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
-    time::SystemTime,
+    sync::Arc,
 };
 
-use super::{ErrorKind, ServiceError, sha256};
+use super::{ErrorKind, Peer, ServiceError, reread::Reread, sha256};
 
 /// Why a key file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -35,17 +34,15 @@ pub enum KeysError {
 ///
 /// The file is read again when it has changed, so a key is given or revoked without a restart. A
 /// changed file that cannot be read leaves the last good keys in force.
-#[derive(Debug)]
-pub struct Keys {
-    path: PathBuf,
-    read: Mutex<Read>,
-}
+pub struct Keys(Reread<Arc<Names>, KeysError>);
 
-#[derive(Debug)]
-struct Read {
-    version: Option<(SystemTime, u64)>,
-    // from the hash of a key to its name
-    names: HashMap<String, String>,
+/// From the hash of a key to its name.
+type Names = HashMap<String, String>;
+
+impl fmt::Debug for Keys {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Keys")
+    }
 }
 
 impl Keys {
@@ -54,43 +51,31 @@ impl Keys {
     /// # Errors
     /// It cannot be read, or a line of it is wrong.
     pub fn open(path: &Path) -> Result<Self, KeysError> {
-        let read = Read { version: version(path), names: names(path)? };
-        warn_if_empty(path, &read.names);
-        Ok(Self { path: path.to_owned(), read: Mutex::new(read) })
+        let read = path.to_owned();
+        let read = move || {
+            let names = names(&read)?;
+            warn_if_empty(&read, &names);
+            Ok(Arc::new(names))
+        };
+        Reread::open("the key file", vec![path.to_owned()], read).map(Self)
     }
 
     /// The name of the key `secret`, if it is one.
     pub fn name_of(&self, secret: &str) -> Option<String> {
-        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
-        let version = version(&self.path);
-        if version != read.version {
-            match names(&self.path) {
-                Ok(names) => {
-                    warn_if_empty(&self.path, &names);
-                    *read = Read { version, names };
-                }
-                Err(error) => tracing::error!(%error, "the changed key file is not used"),
-            }
-        }
         // looked up by its hash, so the time it takes tells nothing of the key
-        read.names.get(&sha256(secret.as_bytes())).cloned()
+        self.0.latest().get(&sha256(secret.as_bytes())).cloned()
     }
 }
 
 /// A file without keys is how all are revoked, but more often a mistake.
-fn warn_if_empty(path: &Path, names: &HashMap<String, String>) {
+fn warn_if_empty(path: &Path, names: &Names) {
     if names.is_empty() {
         let path = path.display();
         tracing::warn!(%path, "the key file has no keys: every caller is refused");
     }
 }
 
-fn version(path: &Path) -> Option<(SystemTime, u64)> {
-    let metadata = fs::metadata(path).ok()?;
-    Some((metadata.modified().ok()?, metadata.len()))
-}
-
-fn names(path: &Path) -> Result<HashMap<String, String>, KeysError> {
+fn names(path: &Path) -> Result<Names, KeysError> {
     let text = fs::read_to_string(path)
         .map_err(|error| KeysError::Read { path: path.to_owned(), error })?;
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default().trim());
@@ -110,15 +95,20 @@ fn entry(line: &str) -> Option<(String, String)> {
     good.then(|| (hash, name.to_owned()))
 }
 
-/// Who calls: the name of the key, or nobody where the service asks for none.
+/// Who calls: the name of the key; where the service has none, the subject of the client certificate; or
+/// nobody where it asks for neither.
 pub type Caller = Option<String>;
 
-/// Who sends this `Authorization` header.
+/// Who sends this `Authorization` header over a connection of `peer`.
 ///
 /// # Errors
 /// The service asks for keys, and the header holds none of them.
-pub fn caller(keys: Option<&Keys>, authorization: Option<&str>) -> Result<Caller, ServiceError> {
-    let Some(keys) = keys else { return Ok(None) };
+pub fn caller(
+    keys: Option<&Keys>,
+    authorization: Option<&str>,
+    peer: Option<&Peer>,
+) -> Result<Caller, ServiceError> {
+    let Some(keys) = keys else { return Ok(peer.map(|peer| peer.subject().to_owned())) };
     let refused = |detail| ServiceError::new(ErrorKind::Unauthenticated, detail);
     let header = authorization.ok_or_else(|| {
         refused("this service asks for an API key: send 'Authorization: Bearer KEY'")
@@ -144,7 +134,7 @@ mod tests {
         let line = format!("# team\nscanner {} # lab 2\n", sha256(b"secret"));
         let (_directory, path) = file(&line);
         let keys = Keys::open(&path).unwrap();
-        let call = |header| caller(Some(&keys), header).map_err(|e| e.kind);
+        let call = |header| caller(Some(&keys), header, None).map_err(|e| e.kind);
         assert_eq!(call(Some("Bearer secret")), Ok(Some("scanner".into())));
         assert_eq!(call(Some("bearer  secret")), Ok(Some("scanner".into())));
         for wrong in [None, Some("Bearer other"), Some("Basic secret"), Some("secret")] {
@@ -154,6 +144,19 @@ mod tests {
         assert!(call(Some("Bearer secret")).is_ok());
         fs::write(&path, "# revoked\n").unwrap();
         assert_eq!(call(Some("Bearer secret")), Err(ErrorKind::Unauthenticated));
+    }
+
+    #[test]
+    fn the_key_names_the_caller_and_without_keys_the_certificate_does() {
+        let peer = Peer::named("CN=press 4");
+        let (_directory, path) = file(&format!("scanner {}\n", sha256(b"secret")));
+        let keys = Keys::open(&path).unwrap();
+        let both = caller(Some(&keys), Some("Bearer secret"), Some(&peer));
+        assert_eq!(both, Ok(Some("scanner".into())));
+        // a certificate is no key
+        assert!(caller(Some(&keys), None, Some(&peer)).is_err());
+        assert_eq!(caller(None, Some("Bearer x"), Some(&peer)), Ok(Some("CN=press 4".into())));
+        assert_eq!(caller(None, None, None), Ok(None));
     }
 
     #[test]

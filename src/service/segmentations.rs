@@ -5,13 +5,14 @@ use std::{
 };
 
 use super::{
-    Answer, Caller, ErrorKind, Keys, Request, ServiceError, compute, jobs::SegmentationRunner, keys,
+    Answer, Caller, ErrorKind, Keys, Peer, Request, ServiceError, compute,
+    jobs::SegmentationRunner, keys,
 };
 use crate::{
     formats::Limits,
     jobs::{
         Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, MemoryStore, Pool, PoolConfig,
-        Stop, Store, StoreError,
+        Stop, Store, StoreError, trace,
     },
 };
 
@@ -114,12 +115,19 @@ impl Service {
         Limits { max_points: self.config.max_points }
     }
 
-    /// Who sends this `Authorization` header.
+    /// Who sends this `Authorization` header over a connection of `peer`; told in the request's line of
+    /// the log.
     ///
     /// # Errors
     /// The service asks for keys, and the header holds none of them.
-    pub fn caller(&self, authorization: Option<&str>) -> Result<Caller, ServiceError> {
-        keys::caller(self.keys.as_ref(), authorization)
+    pub fn caller(
+        &self,
+        authorization: Option<&str>,
+        peer: Option<&Peer>,
+    ) -> Result<Caller, ServiceError> {
+        let caller = keys::caller(self.keys.as_ref(), authorization, peer)?;
+        trace::note(|facts| facts.caller.clone_from(&caller));
+        Ok(caller)
     }
 
     /// An empty share of the budget for one request.
@@ -151,6 +159,7 @@ impl Service {
         request: Request,
         tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
+        trace::note(|facts| facts.bytes = Some(upload.bytes.len()));
         let place = self.pool.admit()?;
         let limits = self.limits();
         let deadline = Instant::now() + self.time_for(&request);

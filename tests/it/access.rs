@@ -47,6 +47,34 @@ async fn no_key_a_wrong_key_and_a_revoked_key_are_refused_alike() {
     assert_eq!(submit(&running, Some("beta")).await.status(), 202);
 }
 
+#[tokio::test]
+async fn a_key_revoked_in_place_is_refused_although_length_and_time_stay() {
+    let (running, _directory, path) = with_keys().await;
+    assert_eq!(submit(&running, Some("beta")).await.status(), 202);
+    let before = fs::read_to_string(&path).unwrap();
+    let modified = fs::metadata(&path).unwrap().modified().unwrap();
+    fs::write(&path, before.replace(&sha256(b"beta"), &"0".repeat(64))).unwrap();
+    fs::File::options().write(true).open(&path).unwrap().set_modified(modified).unwrap();
+    assert_eq!(submit(&running, Some("beta")).await.status(), 401);
+    assert_eq!(submit(&running, Some("alpha")).await.status(), 202);
+}
+
+#[tokio::test]
+async fn a_key_file_that_is_gone_is_told_once_and_its_keys_stay() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("keys");
+    fs::write(&path, format!("a {}\n", sha256(b"alpha"))).unwrap();
+    let process = Process::start(&["--log=warn", "--keys", &path.display().to_string()]);
+    fs::remove_file(&path).unwrap();
+    for _ in 0..50 {
+        let request = Client::new().get(format!("{}/v1/jobs/x", process.http));
+        assert_eq!(request.bearer_auth("alpha").send().await.unwrap().status(), 404);
+    }
+    let log = process.stop_and_read();
+    assert_eq!(log.matches("is not used").count(), 1, "{log}");
+    assert!(log.contains("the key file changed") && !log.contains("alpha"), "{log}");
+}
+
 #[test]
 fn a_key_file_without_keys_is_warned_of() {
     let directory = tempfile::tempdir().unwrap();
@@ -157,118 +185,4 @@ async fn other_origins_are_refused_by_default_and_let_in_by_setting() {
     assert!(!answer.headers().contains_key("access-control-allow-origin"));
     let answer = preflight(&start(&["--cors-origins=https://viewer.example"]).await).await;
     assert_eq!(answer.headers()["access-control-allow-origin"], "https://viewer.example");
-}
-
-mod tls {
-    use conicoid::service::message::v1::segmentations_client::SegmentationsClient;
-    use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, IsCa, KeyPair};
-    use tonic::transport::{Certificate, Channel, ClientTlsConfig, Identity};
-
-    use super::*;
-
-    /// An authority, with a name to make leaves under.
-    fn authority() -> CertifiedIssuer<'static, KeyPair> {
-        let mut params = CertificateParams::new(Vec::new()).unwrap();
-        params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
-        CertifiedIssuer::self_signed(params, KeyPair::generate().unwrap()).unwrap()
-    }
-
-    /// The certificate and key of a leaf, in PEM.
-    fn leaf(authority: &CertifiedIssuer<'static, KeyPair>) -> (String, String) {
-        let key = KeyPair::generate().unwrap();
-        let params = CertificateParams::new(vec!["localhost".to_owned()]).unwrap();
-        (params.signed_by(&key, authority).unwrap().pem(), key.serialize_pem())
-    }
-
-    struct Secure {
-        running: Running,
-        authority: CertifiedIssuer<'static, KeyPair>,
-        _directory: TempDir,
-    }
-
-    /// A service with TLS that asks for certificates of its own authority where `clients` is set.
-    async fn secure(clients: bool) -> Secure {
-        let (directory, authority) = (tempfile::tempdir().unwrap(), authority());
-        let (cert, key) = leaf(&authority);
-        let write = |name: &str, text: &str| {
-            let path = directory.path().join(name);
-            fs::write(&path, text).unwrap();
-            path.display().to_string()
-        };
-        let mut flags = vec![
-            format!("--tls-cert={}", write("cert.pem", &cert)),
-            format!("--tls-key={}", write("key.pem", &key)),
-        ];
-        if clients {
-            flags.push(format!("--client-ca={}", write("ca.pem", &authority.pem())));
-        }
-        let flags: Vec<_> = flags.iter().map(String::as_str).collect();
-        Secure { running: start(&flags).await, authority, _directory: directory }
-    }
-
-    impl Secure {
-        async fn get(&self, identity: Option<&(String, String)>) -> reqwest::Result<Response> {
-            let root = reqwest::Certificate::from_pem(self.authority.pem().as_bytes()).unwrap();
-            let mut client = Client::builder().add_root_certificate(root).use_rustls_tls();
-            if let Some((cert, key)) = identity {
-                let pem = format!("{cert}{key}");
-                client = client.identity(reqwest::Identity::from_pem(pem.as_bytes()).unwrap());
-            }
-            let url = format!("https://localhost:{}/docs", self.running.addresses.http.port());
-            client.build().unwrap().get(url).send().await
-        }
-
-        async fn call(&self, identity: Option<&(String, String)>) -> Result<(), Code> {
-            let mut tls = ClientTlsConfig::new()
-                .ca_certificate(Certificate::from_pem(self.authority.pem()))
-                .domain_name("localhost");
-            if let Some((cert, key)) = identity {
-                tls = tls.identity(Identity::from_pem(cert, key));
-            }
-            let url = format!("https://localhost:{}", self.running.addresses.grpc.port());
-            let channel = Channel::from_shared(url).unwrap().tls_config(tls).unwrap();
-            let channel = channel.connect().await.map_err(|_| Code::Unavailable)?;
-            let cloud = clouds::xyz(&clouds::cylinder(200)).into();
-            let message = v1::SegmentRequest { cloud, ..Default::default() };
-            let answer = SegmentationsClient::new(channel).segment(message).await;
-            answer.map(|_| ()).map_err(|status| status.code())
-        }
-    }
-
-    #[tokio::test]
-    async fn both_interfaces_speak_tls() {
-        let secure = secure(false).await;
-        assert_eq!(secure.get(None).await.unwrap().status(), 200);
-        assert_eq!(secure.call(None).await, Ok(()));
-        assert!(reqwest::get(secure.running.url("/docs")).await.is_err());
-    }
-
-    #[test]
-    fn a_handshake_that_fails_is_told_in_the_log() {
-        let (directory, authority) = (tempfile::tempdir().unwrap(), authority());
-        let (cert, key) = leaf(&authority);
-        let [cert, key] = [("--tls-cert", cert), ("--tls-key", key)].map(|(flag, text)| {
-            let path = directory.path().join(flag.trim_start_matches('-'));
-            fs::write(&path, text).unwrap();
-            format!("{flag}={}", path.display())
-        });
-        let mut process = Process::start(&["--log=warn", &cert, &key]);
-        let address = process.http.trim_start_matches("https://").to_owned();
-        let mut stream = std::net::TcpStream::connect(address).unwrap();
-        std::io::Write::write_all(&mut stream, b"GET / HTTP/1.1\r\n\r\n").unwrap();
-        let peer = stream.local_addr().unwrap().to_string();
-        assert!(process.logged("a TLS handshake failed").contains(&peer));
-    }
-
-    #[tokio::test]
-    async fn only_certificates_of_the_right_authority_are_let_in() {
-        let secure = secure(true).await;
-        let (ours, foreign) = (leaf(&secure.authority), leaf(&authority()));
-        assert_eq!(secure.get(Some(&ours)).await.unwrap().status(), 200);
-        assert_eq!(secure.call(Some(&ours)).await, Ok(()));
-        for stranger in [None, Some(&foreign)] {
-            assert!(secure.get(stranger).await.is_err());
-            assert!(secure.call(stranger).await.is_err());
-        }
-    }
 }

@@ -1,5 +1,5 @@
-//! The pages in a browser, driven through WebDriver. Needs `chromedriver` and Chromium:
-//! `cargo test --release -- --ignored browser::`.
+//! The pages in a browser, driven through WebDriver. Needs `chromedriver` and Chromium, which `tests/run`
+//! installs.
 
 use std::{
     fs,
@@ -27,7 +27,7 @@ impl Browser {
     async fn start() -> Self {
         let mut command = Command::new("chromedriver");
         let driver = command.arg("--port=0").stdout(Stdio::piped()).spawn();
-        let mut driver = driver.expect("chromedriver is installed");
+        let mut driver = driver.expect("chromedriver is there: tests/run installs it");
         let lines = BufReader::new(driver.stdout.take().unwrap()).lines();
         let port = lines.map_while(Result::ok).find_map(|line| {
             Some(
@@ -118,7 +118,6 @@ async fn post(url: &str, arguments: Value) -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-#[ignore = "needs chromedriver"]
 async fn the_viewer_shows_the_surfaces_of_a_file_that_is_dropped_on_it() {
     let running = start(&[]).await;
     let directory = tempfile::tempdir().unwrap();
@@ -148,7 +147,6 @@ async fn the_viewer_shows_the_surfaces_of_a_file_that_is_dropped_on_it() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-#[ignore = "needs chromedriver"]
 async fn the_viewer_tells_why_a_file_is_refused() {
     let running = start(&[]).await;
     let browser = Browser::start().await;
@@ -158,7 +156,6 @@ async fn the_viewer_tells_why_a_file_is_refused() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-#[ignore = "needs chromedriver"]
 async fn another_run_of_the_same_cloud_takes_the_parameters_as_they_are_then() {
     let running = start(&[]).await;
     let browser = Browser::start().await;
@@ -187,7 +184,6 @@ async fn another_run_of_the_same_cloud_takes_the_parameters_as_they_are_then() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-#[ignore = "needs chromedriver"]
 async fn the_reference_lists_every_operation_schema_and_code() {
     let running = start(&[]).await;
     let browser = Browser::start().await;

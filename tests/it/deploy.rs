@@ -181,6 +181,27 @@ fn all_of_them_name_the_same_ports() {
 }
 
 #[test]
+fn the_pods_get_no_variables_made_from_service_names_and_traces_reach_the_collector() {
+    assert!(read("deploy/kubernetes/deployment.yaml").contains("enableServiceLinks: false"));
+    // nothing goes out but what the component adds
+    assert!(read("deploy/kubernetes/network.yaml").contains("egress: []"));
+    let traces = read("deploy/kubernetes/traces/kustomization.yaml");
+    let endpoint = traces.split("value: http://").nth(1).unwrap();
+    let port = numbers_after(endpoint.lines().next().unwrap(), ":")[0];
+    assert_eq!(numbers_after(&traces, "- port:"), [port, 53, 53]);
+    let variable = traces.split("name: CONICOID_").nth(1).unwrap().lines().next().unwrap();
+    assert!(reference().iter().any(|(name, _)| name.to_uppercase() == variable), "{variable}");
+}
+
+#[test]
+fn images_go_by_the_version_of_this_code() {
+    let version = env!("CARGO_PKG_VERSION");
+    assert!(read("deploy/compose.yaml").contains(&format!("image: conicoid:{version}\n")));
+    assert!(read("deploy/kubernetes/kustomization.yaml").contains(&format!("newTag: {version}\n")));
+    assert!(read("CHANGELOG.md").contains(&format!("\n## {version}")));
+}
+
+#[test]
 fn a_pod_gets_the_time_its_drain_takes() {
     let pods = settings_of(&read("deploy/kubernetes/conicoid.toml"));
     let deployment = read("deploy/kubernetes/deployment.yaml");

@@ -157,8 +157,59 @@ async fn the_command_writes_the_form_that_its_output_or_a_flag_names() {
     }
     let message = v1::Segmentation::decode(&*segment("c.pb", &["--labels=none"])).unwrap();
     assert!(message.labels.is_empty() && !message.regions.is_empty());
-    let document: Value = serde_json::from_slice(&segment("d.txt", &[])).unwrap();
+    let document = segment("d.txt", &["--output-format=json"]);
+    let document: Value = serde_json::from_slice(&document).unwrap();
     assert_eq!(document["labels"].as_array().unwrap().len(), 3000);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_refused_before_the_cloud_is_read() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = |name: &str| directory.path().join(name).display().to_string();
+    let cloud = file("cloud.ply");
+    fs::write(&cloud, clouds::ply(&clouds::bracket(3000))).unwrap();
+    std::os::unix::fs::symlink(&cloud, file("link.ply")).unwrap();
+    let (missing, folder) = (file("none/part.json"), file("folder.json"));
+    fs::create_dir(&folder).unwrap();
+    let (step, mistyped, bare) = (file("part.step"), file("part.jsn"), file("part"));
+    for (input, output, words) in [
+        ("nowhere.ply", &step, "names no form of a result: end it in .json, .pb, .npy, .ply, .csv"),
+        ("nowhere.ply", &mistyped, "--output-format"),
+        ("nowhere.ply", &bare, "--output-format"),
+        ("nowhere.ply", &missing, "No such file or directory"),
+        ("nowhere.ply", &folder, "is a directory"),
+        (&cloud, &cloud, "is the cloud itself"),
+        (&cloud, &file("link.ply"), "is the cloud itself"),
+        (&file("link.ply"), &cloud, "is the cloud itself"),
+    ] {
+        let run = conicoid(&["segment", input, "-o", output], None);
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert!(!run.status.success() && told.contains(words), "{output}: {told}");
+    }
+    let run = conicoid(&["segment", &cloud, "-o", &file("part.json"), "--min-points=5000"], None);
+    assert!(!run.status.success());
+    // nothing else came into being, not even in part
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 3);
+    assert_eq!(fs::read(&cloud).unwrap(), clouds::ply(&clouds::bracket(3000)));
+}
+
+#[test]
+fn an_output_that_is_there_already_is_replaced_where_it_is() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let directory = tempfile::tempdir().unwrap();
+    let file = |name: &str| directory.path().join(name);
+    fs::write(file("cloud.ply"), clouds::ply(&clouds::bracket(3000))).unwrap();
+    fs::write(file("old.json"), "old").unwrap();
+    fs::set_permissions(file("old.json"), fs::Permissions::from_mode(0o640)).unwrap();
+    symlink(file("old.json"), file("link.json")).unwrap();
+    let cloud = file("cloud.ply").display().to_string();
+    let run = conicoid(&["segment", &cloud, "-o", &file("link.json").display().to_string()], None);
+    assert!(run.status.success());
+    assert!(fs::symlink_metadata(file("link.json")).unwrap().is_symlink());
+    assert_eq!(fs::metadata(file("old.json")).unwrap().permissions().mode() & 0o777, 0o640);
+    assert!(fs::read(file("old.json")).unwrap().starts_with(b"{"));
+    let piped = conicoid(&["segment", &cloud, "-o", "/dev/stdout", "--output-format=csv"], None);
+    assert!(piped.status.success() && piped.stdout.starts_with(b"id,type"));
 }
 
 #[test]

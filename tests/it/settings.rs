@@ -29,7 +29,9 @@ fn a_file_gives_settings_and_flags_win() {
 fn a_wrong_setting_stops_the_start_and_is_named() {
     for (text, words) in [
         ("colour = 'red'\n", "'colour' is no setting"),
-        ("[http]\nport = 1\n", "'http' is no setting"),
+        ("max-point = 1\n", "the nearest is 'max_points'"),
+        ("[http]\nport = 1\n", "'http' is no table"),
+        ("[htpt]\nport = 1\n", "the nearest is 'http'"),
         ("queue = \n", "is not TOML"),
         ("queue = 0\n", "--queue"),
         ("threads = 0\n", "not a whole number above 0"),
@@ -65,6 +67,27 @@ fn a_wrong_setting_stops_the_start_and_is_named() {
     }
     let run = conicoid(&["serve", "--config", "/nowhere.toml"], None);
     assert!(String::from_utf8_lossy(&run.stderr).contains("cannot read the settings file"));
+}
+
+#[test]
+fn a_misspelt_variable_stops_every_command_and_the_nearest_is_named() {
+    let run = |args: &[&str], name: &str, value: &str| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_conicoid"));
+        command.args(args).env(name, value).stdin(std::process::Stdio::null()).output().unwrap()
+    };
+    for args in [&["serve"][..], &[], &["segment", "-"], &["openapi"], &["key", "a"], &["health"]] {
+        let run = run(args, "CONICOID_MAX_POINT", "5");
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert!(!run.status.success() && told.contains("nearest is CONICOID_MAX_POINTS"), "{told}");
+    }
+    assert!(run(&["--help"], "CONICOID_MAX_POINT", "5").status.success());
+    // a variable that is one, with a value that its setting does not take
+    let wrong = run(&["serve"], "CONICOID_QUEUE", "many");
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("--queue"));
+    // one of another command's, and one of a Service in the cluster
+    for (name, value) in [("CONICOID_TOLERANCE", "1"), ("CONICOID_PORT", "tcp://10.96.0.7:8080")] {
+        assert!(run(&["openapi"], name, value).status.success(), "{name}");
+    }
 }
 
 #[test]

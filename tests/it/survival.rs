@@ -17,28 +17,47 @@ pub struct Process {
     child: Child,
     /// The URL of its HTTP listener.
     pub http: String,
+    /// The URL of its gRPC listener.
+    pub grpc: String,
+    /// The URL of its operators' listener.
+    pub admin: String,
 }
 
 impl Process {
     /// Starts it with `flags` on free ports.
     pub fn start(flags: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_conicoid"))
-            .args(["--http=127.0.0.1:0", "--grpc=127.0.0.1:0", "--admin=127.0.0.1:0"])
-            .args(["--threads=1", "--log=error"])
-            .args(flags)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        Self { child, http: line.trim().to_owned() }
+        Self::spawn(Self::command(flags))
+    }
+
+    /// What starts it.
+    pub fn command(flags: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_conicoid"));
+        command.args(["--http=127.0.0.1:0", "--grpc=127.0.0.1:0", "--admin=127.0.0.1:0"]);
+        command.args(["--threads=1", "--log=error"]).args(flags);
+        command
+    }
+
+    /// Starts what [`Self::command`] gave.
+    pub fn spawn(mut command: Command) -> Self {
+        let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let [http, grpc, admin] = [(); 3].map(|()| lines.next().unwrap().unwrap());
+        Self { child, http, grpc, admin }
     }
 
     /// The first line with `words` that it writes into its log; nothing more is read of it then.
     pub fn logged(&mut self, words: &str) -> String {
         let lines = BufReader::new(self.child.stderr.take().unwrap()).lines();
         lines.map_while(Result::ok).find(|line| line.contains(words)).unwrap_or_default()
+    }
+
+    /// Tells it to stop, waits until it has, and gives all that its log says.
+    pub fn stop_and_read(mut self) -> String {
+        let log = self.child.stderr.take().unwrap();
+        let id = self.child.id().to_string();
+        Command::new("kill").args(["-TERM", &id]).status().unwrap();
+        std::io::read_to_string(log).unwrap()
     }
 
     fn keeping(data: &Path) -> Self {
