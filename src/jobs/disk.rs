@@ -37,7 +37,7 @@ impl<'t> Tables<'t> {
 }
 
 fn failed(error: impl Into<redb::Error>) -> StoreError {
-    StoreError::Database(Box::new(error.into()))
+    StoreError::Failed(error.into().to_string())
 }
 
 impl DiskStore {
@@ -86,7 +86,7 @@ impl Store for DiskStore {
     }
 
     fn insert(&self, record: &JobRecord, input: Bytes) -> Result<(), StoreError> {
-        let (id, text) = (record.id.as_u128(), serde_json::to_vec(record)?);
+        let (id, text) = (record.id.as_u128(), serde_json::to_vec(record).map_err(|e| StoreError::Failed(e.to_string()))?);
         self.change(|tables| {
             tables.records.insert(id, text.as_slice())?;
             tables.inputs.insert(id, input.as_ref())?;
@@ -95,7 +95,7 @@ impl Store for DiskStore {
     }
 
     fn finish(&self, record: &JobRecord, result: Option<Bytes>) -> Result<(), StoreError> {
-        let (id, text) = (record.id.as_u128(), serde_json::to_vec(record)?);
+        let (id, text) = (record.id.as_u128(), serde_json::to_vec(record).map_err(|e| StoreError::Failed(e.to_string()))?);
         self.change(|tables| {
             tables.records.insert(id, text.as_slice())?;
             if let Some(result) = &result {
@@ -121,7 +121,7 @@ impl Store for DiskStore {
         let rows = table.iter().map_err(failed)?;
         rows.map(|row| {
             let (_, value) = row.map_err(failed)?;
-            Ok(serde_json::from_slice(value.value())?)
+            serde_json::from_slice(value.value()).map_err(|e| StoreError::Failed(e.to_string()))
         })
         .collect()
     }

@@ -25,11 +25,11 @@ fn key_of(record: &JobRecord) -> Option<(Option<String>, String)> {
 }
 
 impl Register {
-    /// Adds a job.
+    /// Adds a job; an idempotency key stays with the job that has it.
     pub fn add(&mut self, job: Arc<Job>) {
         let record = job.record();
         if let Some(key) = key_of(&record) {
-            self.by_key.insert(key, record.id);
+            self.by_key.entry(key).or_insert(record.id);
         }
         self.by_id.insert(record.id, job);
     }
@@ -37,6 +37,12 @@ impl Register {
     /// The job of that id.
     pub fn get(&self, id: Uuid) -> Option<Arc<Job>> {
         self.by_id.get(&id).map(Arc::clone)
+    }
+
+    /// The names of all jobs.
+    #[cfg(test)]
+    pub fn ids(&self) -> impl Iterator<Item = Uuid> {
+        self.by_id.keys().copied()
     }
 
     /// The job its owner has submitted under the same idempotency key, where there is one.
@@ -65,14 +71,16 @@ impl Register {
         }
     }
 
-    /// Removes a job.
-    pub fn remove(&mut self, id: Uuid) {
-        let Some(record) = self.by_id.remove(&id).map(|job| job.record()) else { return };
-        if let Some(key) = key_of(&record) {
+    /// Removes a job, and returns it where it was there.
+    pub fn remove(&mut self, id: Uuid) -> Option<Arc<Job>> {
+        let job = self.by_id.remove(&id)?;
+        let record = job.record();
+        if let Some(key) = key_of(&record).filter(|key| self.by_key.get(key) == Some(&id)) {
             self.by_key.remove(&key);
         }
         let ended = record.finished_ms.and_then(|finished| self.ended.remove(&(finished, id)));
         self.kept_bytes -= ended.unwrap_or(0);
+        Some(job)
     }
 
     /// The job that is to be forgotten next: one that ended by `latest_ms`, or the oldest where more

@@ -11,7 +11,7 @@ use crate::{
     formats::{self, Limits},
     jobs::{
         BytesHeld, Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError,
-        Runner, Submission,
+        Runner, StoreError, Submission,
     },
 };
 
@@ -45,6 +45,10 @@ impl Runner for SegmentationRunner {
     }
 
     fn fault(&self, error: &PoolError) -> Fault {
+        fault(&error.clone().into())
+    }
+
+    fn store_fault(&self, error: &StoreError) -> Fault {
         fault(&error.clone().into())
     }
 }
