@@ -18,6 +18,9 @@ mod drive;
 #[cfg(test)]
 mod tests;
 
+/// A store that takes longer to say how it is does not work.
+const LONGEST_PROBE: Duration = Duration::from_secs(5);
+
 /// What jobs do: from input to result.
 pub trait Runner: Send + Sync + Debug {
     /// Does the job of `record` on the calling thread's pool until done or until `control` stops it.
@@ -62,6 +65,8 @@ pub struct Book {
     runner: Arc<dyn Runner>,
     jobs: Mutex<Register>,
     tasks: TaskTracker,
+    // held while the store is probed
+    probing: Arc<tokio::sync::Mutex<()>>,
     // ended runs whose end the store does not take; while there are any, no other begins
     unwritten: watch::Sender<usize>,
 }
@@ -91,8 +96,9 @@ impl Book {
             }
         }
         let (jobs, tasks) = (Mutex::new(register), TaskTracker::new());
-        let unwritten = watch::Sender::new(0);
-        let book = Arc::new(Self { config, pool, store, runner, jobs, tasks, unwritten });
+        let (probing, unwritten) = (Arc::default(), watch::Sender::new(0));
+        let book = Self { config, pool, store, runner, jobs, tasks, probing, unwritten };
+        let book = Arc::new(book);
         for job in unfinished {
             // accepted by an earlier process, so it needs no place in the queue
             book.spawn(&job, Arc::clone(&book).drive(Arc::clone(&job), None, None));
@@ -223,6 +229,25 @@ impl Book {
                 return;
             }
         }
+    }
+
+    /// Whether the store could keep a job now.
+    ///
+    /// # Errors
+    /// It could not, or does not say so in time.
+    pub async fn probe(&self) -> Result<(), StoreError> {
+        let (store, probing) = (Arc::clone(&self.store), Arc::clone(&self.probing));
+        let probe = async {
+            // one at a time: a disk that hangs must not take thread after thread
+            let alone = probing.lock_owned().await;
+            blocking(move || {
+                let _alone = alone;
+                store.probe()
+            })
+            .await
+        };
+        let told = tokio::time::timeout(LONGEST_PROBE, probe).await;
+        told.unwrap_or_else(|_| Err(StoreError::Failed("its disk does not answer".to_owned())))
     }
 
     /// Waits for the jobs under way where they would be lost with the process.

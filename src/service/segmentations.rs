@@ -104,6 +104,11 @@ impl Service {
         &self.book
     }
 
+    /// Why the service cannot take jobs now, if it cannot.
+    pub async fn not_ready(&self) -> Option<String> {
+        self.book.probe().await.err().map(|error| error.to_string())
+    }
+
     /// Bytes of uploads held now.
     pub fn bytes_in_flight(&self) -> u64 {
         self.budget.held()
