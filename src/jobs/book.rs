@@ -10,8 +10,11 @@ use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
 use super::{
-    BytesHeld, Control, Ending, Fault, Job, JobRecord, Outcome, Overloaded, Pool, PoolError, Store,
-    StoreError, Submission, pool::message, record::now_ms, register::Register,
+    BytesHeld, Control, Ending, Fault, Job, JobRecord, KeyShare, Outcome, Overloaded, Pool,
+    PoolError, Store, StoreError, Submission,
+    pool::message,
+    record::now_ms,
+    register::{Keep, Register},
 };
 
 mod drive;
@@ -38,8 +41,10 @@ pub trait Runner: Send + Sync + Debug {
 pub struct BookConfig {
     /// After this time an ended job is forgotten.
     pub result_ttl: Duration,
-    /// Above this many bytes of inputs and results of ended jobs the oldest are forgotten.
+    /// Above this many bytes of ended jobs, with all they hold, some are forgotten.
     pub result_bytes: u64,
+    /// The part of that which one key's jobs may take.
+    pub key_share: KeyShare,
 }
 
 /// Why a job is not taken.
@@ -127,7 +132,7 @@ impl Book {
             match jobs.same(&record)? {
                 Some(first) => (first, None),
                 None => {
-                    let place = self.pool.admit()?;
+                    let place = self.pool.admit(record.owner.as_deref())?;
                     let job = Job::new(record);
                     jobs.add(Arc::clone(&job));
                     (job, Some(place))
@@ -215,14 +220,20 @@ impl Book {
         now_ms().saturating_sub(ttl)
     }
 
+    fn keep(&self) -> Keep {
+        let bytes = self.config.result_bytes;
+        let bytes_per_key = self.config.key_share.of(bytes);
+        Keep { latest_expired_ms: self.latest_expired(), bytes, bytes_per_key }
+    }
+
     fn expired(&self, record: &JobRecord) -> bool {
         record.finished_ms.is_some_and(|ended| ended <= self.latest_expired())
     }
 
-    /// Forgets the ended jobs that are too old, and the oldest ones above the byte budget.
+    /// Forgets the ended jobs that are too old, and the oldest ones above the byte budgets.
     pub async fn expire(&self) {
         loop {
-            let expired = self.jobs().expired(self.latest_expired(), self.config.result_bytes);
+            let expired = self.jobs().expired(&self.keep());
             let Some(id) = expired else { return };
             if let Err(error) = self.forget(id).await {
                 tracing::error!(%error, job_id = %id, "an expired job could not be removed");

@@ -12,6 +12,7 @@ mod pool;
 mod record;
 mod register;
 mod store;
+mod tally;
 pub mod trace;
 
 pub use book::{Book, BookConfig, Runner, SubmitError};
@@ -22,3 +23,4 @@ pub use job::{Ending, Job, JobView, Outcome};
 pub use pool::{Lane, Overloaded, Place, Pool, PoolConfig, PoolError};
 pub use record::{Fault, IdempotencyKey, JobRecord, JobState, Submission};
 pub use store::{MemoryStore, Store, StoreError};
+pub use tally::KeyShare;

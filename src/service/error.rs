@@ -53,6 +53,8 @@ pub enum ErrorKind {
     IdempotencyKeyReused,
     /// Too much work at hand.
     Overloaded,
+    /// One key takes more than its share.
+    QuotaExceeded,
     /// The upload took too long.
     UploadTimeout,
     /// The work took longer than its deadline.
@@ -146,6 +148,13 @@ pub const ERRORS: &[ErrorRow] = {
             "The idempotency key is taken",
         ),
         row(K::Overloaded, "overloaded", 503, ResourceExhausted, "Too much work at hand"),
+        row(
+            K::QuotaExceeded,
+            "quota_exceeded",
+            429,
+            ResourceExhausted,
+            "This key has its share of what there is",
+        ),
         row(K::UploadTimeout, "upload_timeout", 408, DeadlineExceeded, "The upload was too slow"),
         row(K::DeadlineExceeded, "deadline_exceeded", 504, DeadlineExceeded, "Out of time"),
         row(K::Cancelled, "cancelled", 409, Cancelled, "The work was cancelled"),
@@ -157,8 +166,20 @@ pub const ERRORS: &[ErrorRow] = {
             ResourceExhausted,
             "The disk that keeps the jobs is full",
         ),
-        row(K::StorageFailed, "storage_failed", 503, Unavailable, "The jobs cannot be kept or read"),
-        row(K::StorageDamaged, "storage_damaged", 500, DataLoss, "What is kept of the job is damaged"),
+        row(
+            K::StorageFailed,
+            "storage_failed",
+            503,
+            Unavailable,
+            "The jobs cannot be kept or read",
+        ),
+        row(
+            K::StorageDamaged,
+            "storage_damaged",
+            500,
+            DataLoss,
+            "What is kept of the job is damaged",
+        ),
         row(K::Internal, "internal", 500, Internal, "A fault of the service"),
     ]
 };
@@ -202,7 +223,7 @@ impl ServiceError {
     /// Seconds after which the same request may succeed, where waiting helps.
     pub fn retry_after(&self) -> Option<u32> {
         match self.kind {
-            ErrorKind::Overloaded => Some(1),
+            ErrorKind::Overloaded | ErrorKind::QuotaExceeded => Some(1),
             ErrorKind::ShuttingDown => Some(5),
             ErrorKind::JobNotFinished => Some(1),
             ErrorKind::StorageFull => Some(10),
@@ -259,7 +280,11 @@ impl From<SegmentError> for ServiceError {
 
 impl From<Overloaded> for ServiceError {
     fn from(error: Overloaded) -> Self {
-        Self::new(ErrorKind::Overloaded, format!("{error}; try again later"))
+        let kind = match error {
+            Overloaded::KeyQueue { .. } | Overloaded::KeyBytes { .. } => ErrorKind::QuotaExceeded,
+            Overloaded::Queue { .. } | Overloaded::Bytes { .. } => ErrorKind::Overloaded,
+        };
+        Self::new(kind, format!("{error}; try again later"))
     }
 }
 

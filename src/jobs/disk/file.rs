@@ -49,7 +49,8 @@ impl DatabaseFile {
         }
         match self.is_sound() {
             Ok(true) => Ok(()),
-            Ok(false) => salvage::salvage(&self.path, || self.look()),
+            Ok(false) => salvage::salvage(&self.path, || self.look())
+                .map_err(|trouble| self.unusable(trouble)),
             Err(trouble) => Err(trouble),
         }
     }

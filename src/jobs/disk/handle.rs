@@ -124,10 +124,7 @@ impl Handle {
     ///
     /// # Errors
     /// The database fails, or its library panics.
-    pub fn call<T>(
-        &self,
-        work: impl Fn(&Database) -> Result<T, Trouble>,
-    ) -> Result<T, StoreError> {
+    pub fn call<T>(&self, work: impl Fn(&Database) -> Result<T, Trouble>) -> Result<T, StoreError> {
         let mut done = self.try_once(&work);
         if matches!(&done, Err(trouble) if trouble.inherited) {
             done = self.try_once(&work);
@@ -135,10 +132,7 @@ impl Handle {
         done.map_err(Trouble::error)
     }
 
-    fn try_once<T>(
-        &self,
-        work: &impl Fn(&Database) -> Result<T, Trouble>,
-    ) -> Result<T, Trouble> {
+    fn try_once<T>(&self, work: &impl Fn(&Database) -> Result<T, Trouble>) -> Result<T, Trouble> {
         let slot = self.sound().map_err(Trouble::apart)?;
         let Some(database) = &slot.database else {
             return Err(Trouble::apart(StoreError::Failed("it is closed".to_owned())));
@@ -219,7 +213,8 @@ pub fn guarded<T>(call: impl FnOnce() -> Result<T, Trouble>) -> Result<T, Troubl
     let done = catch_unwind(AssertUnwindSafe(call));
     CAUGHT.set(before);
     done.unwrap_or_else(|panic| {
-        let error = StoreError::Failed(format!("its contents contradict each other: {}", message(&*panic)));
+        let error =
+            StoreError::Failed(format!("its contents contradict each other: {}", message(&*panic)));
         Err(Trouble { error, spoils: true, inherited: false })
     })
 }

@@ -10,10 +10,7 @@ use crate::jobs::StoreError;
 
 /// Keeps what can be read of the damaged database that `look` opens: it goes into a new file at `path`,
 /// and the damaged one is set aside, as `.redb.damaged`.
-pub fn salvage(
-    path: &Path,
-    look: impl Fn() -> Result<Database, Trouble>,
-) -> Result<(), Trouble> {
+pub fn salvage(path: &Path, look: impl Fn() -> Result<Database, Trouble>) -> Result<(), Trouble> {
     let failed = |error: io::Error| Trouble::of(redb::Error::Io(error));
     let [new, damaged] = ["redb.new", "redb.damaged"].map(|end| path.with_extension(end));
     match fs::remove_file(&new) {
@@ -37,8 +34,12 @@ pub fn salvage(
 
 /// Copies the rows that can be read; how many records, and how many inputs and results.
 fn copy(from: &Database, to: &Path) -> Result<(usize, usize), Trouble> {
-    let to = Database::create(to).map_err(Trouble::of)?;
     let ids = ids(from);
+    if ids.is_empty() {
+        let nothing = "it is damaged, and no job in it can be read".to_owned();
+        return Err(Trouble::apart(StoreError::Failed(nothing)));
+    }
+    let to = Database::create(to).map_err(Trouble::of)?;
     let mut counts = [0; 3];
     for (rows, count) in [RECORDS, INPUTS, RESULTS].into_iter().zip(&mut counts) {
         for &id in &ids {

@@ -208,12 +208,15 @@ fn written() -> (tempfile::TempDir, std::path::PathBuf, Vec<(Uuid, String)>) {
 fn a_damaged_file_gives_right_results_or_errors_and_never_a_panic() {
     let (_directory, path, jobs) = written();
     let good = fs::read(&path).unwrap();
-    let used: Vec<_> = good.chunks(512).enumerate().filter(|(_, c)| c.iter().any(|b| *b != 0)).collect();
+    let used: Vec<_> =
+        good.chunks(512).enumerate().filter(|(_, c)| c.iter().any(|b| *b != 0)).collect();
     let (mut refused, mut lost, mut all) = (0, 0, 0);
     // noise in every part of the file that is in use, and single bits of its header
-    for (place, i) in used.iter().map(|(i, _)| 512 * i).chain((0..512).step_by(5)).zip(0..) {
+    for (place, i) in
+        used.iter().map(|(i, _)| 512 * i).step_by(3).chain((0..512).step_by(5)).zip(0..)
+    {
         let mut bytes = good.clone();
-        if i < used.len() {
+        if i < used.len().div_ceil(3) {
             bytes[place + 100..place + 160].iter_mut().for_each(|b| *b ^= 0xa5);
         } else {
             bytes[place] ^= 1 << (i % 8);
@@ -228,7 +231,7 @@ fn a_damaged_file_gives_right_results_or_errors_and_never_a_panic() {
                 continue;
             }
         };
-        let mut right = 0;
+        let (mut right, before) = (0, lost);
         for (id, result) in &jobs {
             match store.result(*id) {
                 Ok(Some(found)) => {
@@ -240,13 +243,13 @@ fn a_damaged_file_gives_right_results_or_errors_and_never_a_panic() {
             }
         }
         all += usize::from(right == jobs.len());
-        assert!(right >= jobs.len() - 10, "{place}: {right} results are left");
+        assert!(right + lost - before == jobs.len() && right > 0);
         // and it goes on
         store.insert(&record(), Bytes::from_static(b"abc")).unwrap();
         store.records().unwrap();
     }
-    println!("{} files: {refused} refused, {all} whole, {lost} results lost", used.len());
-    assert!(lost > 0 && all > 0);
+    // a page at the root of everything is seldom hit
+    assert!(refused < 20 && lost > 0 && all > 0, "{refused} refused, {lost} lost, {all} whole");
 }
 
 #[test]
