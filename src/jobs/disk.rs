@@ -77,6 +77,7 @@ impl DiskStore {
         Self::new(DatabaseFile::new(path, cache))
     }
 
+    /// The store in the database of `source`.
     fn new(source: impl Source + 'static) -> Result<Self, StoreError> {
         let handle = Handle::open(source)?;
         let store = Self { handle, room: Room::default(), unsure: Mutex::default() };
@@ -145,6 +146,13 @@ impl DiskStore {
             Ok(Some(Bytes::copy_from_slice(payload)))
         })
     }
+}
+
+/// A change of all tables that changes nothing.
+fn write_nothing(database: &Database) -> Result<(), Trouble> {
+    let transaction = database.begin_write().map_err(Trouble::of)?;
+    drop(Tables::open(&transaction).map_err(Trouble::of)?);
+    transaction.commit().map_err(Trouble::of)
 }
 
 fn text_of(record: &JobRecord) -> Result<Vec<u8>, StoreError> {

@@ -121,7 +121,12 @@ impl Pool {
     ///
     /// # Errors
     /// The system gives no more threads.
-    pub fn new(config: PoolConfig, share: KeyShare) -> Result<Self, rayon::ThreadPoolBuildError> {
+    pub fn new(
+        mut config: PoolConfig,
+        share: KeyShare,
+    ) -> Result<Self, rayon::ThreadPoolBuildError> {
+        // more than there can ever be
+        config.queue = config.queue.min(Semaphore::MAX_PERMITS);
         Ok(Self {
             config,
             queue: Arc::new(Semaphore::new(config.queue)),
@@ -292,6 +297,11 @@ mod tests {
         assert_eq!(pool.admit(Some("b")).unwrap_err(), Overloaded::Queue { limit: 4 });
         drop(places);
         assert!(pool.admit(Some("a")).is_ok() && pool.admit(Some("b")).is_ok());
+    }
+
+    #[tokio::test]
+    async fn a_queue_may_be_as_long_as_numbers_go() {
+        assert!(pool(1, usize::MAX).admit(None).is_ok());
     }
 
     #[tokio::test]

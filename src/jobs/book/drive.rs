@@ -16,7 +16,7 @@ const FIRST_PAUSE: Duration = Duration::from_millis(if cfg!(test) { 1 } else { 1
 /// Longest pause between two tries.
 const LONGEST_PAUSE: Duration = Duration::from_millis(if cfg!(test) { 4 } else { 2000 });
 /// Tries of a store that fails; a full disk is waited for as long as it takes.
-const TRIES: u32 = 5;
+const TRIES: u32 = 6;
 
 /// What became of a job's turn.
 enum Ran {
@@ -93,6 +93,8 @@ impl Book {
                 self.drive(job, Some(place), Some(held)).await;
             }
             Err(error) => {
+                // its caller may not be there any more
+                tracing::warn!(%error, "the job could not be kept");
                 // gone before anybody is told, so that the next retry begins anew
                 self.jobs().remove(id);
                 job.admit(Err(error));

@@ -3,10 +3,13 @@ use std::{
     io,
     os::unix::fs::MetadataExt,
     path::{Path, PathBuf},
-    sync::OnceLock,
+    sync::{
+        Arc, OnceLock,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
-use redb::{Builder, Database, DatabaseError};
+use redb::{Builder, Database};
 
 use super::{
     handle::{Source, Trouble, guarded},
@@ -49,32 +52,39 @@ impl DatabaseFile {
         }
         match self.is_sound() {
             Ok(true) => Ok(()),
-            Ok(false) => salvage::salvage(&self.path, || self.look())
+            Ok(false) => salvage::salvage(&self.path, || self.look(&Arc::default()))
                 .map_err(|trouble| self.unusable(trouble)),
             Err(trouble) => Err(trouble),
         }
     }
 
-    /// The database as it is in the file; nothing is written there.
-    fn look(&self) -> Result<Database, Trouble> {
+    /// The database as it is in the file; nothing is written there. `repaired` tells whether the
+    /// library has looked at every page, as it does after a sudden end.
+    fn look(&self, repaired: &Arc<AtomicBool>) -> Result<Database, Trouble> {
         let file = File::open(&self.path).map_err(|e| Trouble::of(redb::Error::Io(e)))?;
         let overlay = Overlay::new(file).map_err(Trouble::of)?;
-        self.builder().create_with_backend(overlay).map_err(Trouble::of)
+        let told = Arc::clone(repaired);
+        let mut builder = self.builder();
+        builder.set_repair_callback(move |_| told.store(true, Ordering::Relaxed));
+        builder.create_with_backend(overlay).map_err(Trouble::of)
     }
 
-    /// Whether all pages in use are as they were written. One that can be opened and is not is damaged.
+    /// Whether all pages in use are as they were written, and the database can be written to. One that
+    /// can be opened and is not so is damaged.
     fn is_sound(&self) -> Result<bool, Trouble> {
-        let mut database = guarded(|| self.look()).map_err(|trouble| self.unusable(trouble))?;
-        let sound = guarded(|| match database.check_integrity() {
-            Ok(sound) => Ok(sound),
-            Err(DatabaseError::Storage(redb::StorageError::Io(error))) => {
-                Err(Trouble::of(redb::Error::Io(error)))
-            }
-            Err(_) => Ok(false),
-        });
+        let repaired = Arc::default();
+        let mut database =
+            guarded(|| self.look(&repaired)).map_err(|trouble| self.unusable(trouble))?;
         // a panic of the library's tells of damage too
-        let _ = guarded(|| Ok(drop(database)));
-        Ok(sound.unwrap_or(false))
+        let checked = guarded(|| {
+            if repaired.load(Ordering::Relaxed) {
+                return Ok(true);
+            }
+            database.check_integrity().map_err(Trouble::of)
+        });
+        let written = guarded(|| super::write_nothing(&database));
+        let closed = guarded(|| Ok(drop(database)));
+        Ok(checked.unwrap_or(false) && written.is_ok() && closed.is_ok())
     }
 
     fn unusable(&self, trouble: Trouble) -> Trouble {

@@ -187,6 +187,15 @@ impl Handle {
     }
 }
 
+impl Drop for Handle {
+    fn drop(&mut self) {
+        let slot = self.slot.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let database = slot.database.take();
+        // whatever the library says of it: what was written is on the disk
+        let _ = guarded(|| Ok(drop(database)));
+    }
+}
+
 impl Slot {
     fn is_sound(&self) -> bool {
         self.database.is_some() && !self.spoilt.load(Ordering::Relaxed)
