@@ -126,7 +126,7 @@ impl Server {
         let (http_tls, grpc_tls) = self.tls.unzip();
         // the operators' listener outlives the drain, so that it can tell of it
         let ended = CancellationToken::new();
-        let answers = http::admin_router(stop.clone(), metrics);
+        let answers = http::admin_router(stop.clone(), metrics, readiness(&service));
         // and it answers when callers have taken all connections
         let own = http::Connections::new(self.settings.max_connections);
         let admin = tokio::spawn(http::serve(self.admin, answers, None, own, ended.clone()));
@@ -159,6 +159,15 @@ fn check_access(settings: &Settings) -> Result<(), ServeError> {
     let open = [("http", settings.http), ("grpc", settings.grpc)];
     let open = open.into_iter().find(|(_, address)| !address.ip().is_loopback());
     open.map_or(Ok(()), |(setting, address)| Err(ServeError::Anonymous { setting, address }))
+}
+
+/// Whether the service takes jobs, as its store says.
+fn readiness(service: &Arc<Service>) -> http::Readiness {
+    let service = Arc::clone(service);
+    Arc::new(move || {
+        let service = Arc::clone(&service);
+        Box::pin(async move { service.not_ready().await })
+    })
 }
 
 /// Forgets expired jobs from time to time.

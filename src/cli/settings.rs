@@ -7,7 +7,7 @@ use clap::{ArgAction, Args, ValueEnum};
 use crate::{
     grpc::GrpcConfig,
     http::HttpConfig,
-    jobs::{BookConfig, PoolConfig},
+    jobs::{BookConfig, KeyShare, PoolConfig},
     service::ServiceConfig,
 };
 
@@ -80,7 +80,8 @@ pub struct Settings {
         value_parser = seconds
     )]
     pub result_ttl: Duration,
-    /// Bytes of ended jobs' inputs and results that are kept; the oldest are forgotten first
+    /// Bytes of ended jobs that are kept, with all they hold; above it the oldest of the key that keeps
+    /// most are forgotten
     #[arg(
         long,
         env = "CONICOID_RESULT_BYTES",
@@ -126,6 +127,16 @@ pub struct Settings {
         value_name = "BYTES"
     )]
     pub max_bytes_in_flight: u64,
+    /// Part of queue, max_bytes_in_flight and result_bytes that one key may take, above 0 and up to 1;
+    /// callers without a key have no part of their own
+    #[arg(
+        long,
+        env = "CONICOID_KEY_SHARE",
+        default_value = "0.5",
+        value_name = "SHARE",
+        value_parser = share_above_zero
+    )]
+    pub key_share: f64,
     /// Longest gRPC message; larger clouds are sent in chunks
     #[arg(
         long,
@@ -205,6 +216,11 @@ fn share(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| "not a number from 0 to 1".to_owned())
 }
 
+fn share_above_zero(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| *share > 0.0 && *share <= 1.0);
+    share.ok_or_else(|| "not a number above 0 and up to 1".to_owned())
+}
+
 /// A count of which there must be one at least.
 pub fn number_above_zero(text: &str) -> Result<NonZeroUsize, String> {
     text.parse().map_err(|_| "not a whole number above 0".to_owned())
@@ -245,7 +261,12 @@ impl Settings {
             max_bytes_in_flight: self.max_bytes_in_flight,
             max_points: self.max_points,
             max_deadline: self.max_deadline,
-            book: BookConfig { result_ttl: self.result_ttl, result_bytes: self.result_bytes },
+            book: BookConfig {
+                result_ttl: self.result_ttl,
+                result_bytes: self.result_bytes,
+                key_share: KeyShare(self.key_share),
+            },
+            key_share: KeyShare(self.key_share),
             upload_timeout: self.upload_timeout,
             data_dir: self.data_dir.clone(),
             data_cache_bytes: self.data_cache_bytes,

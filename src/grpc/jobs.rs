@@ -32,8 +32,8 @@ impl v1::jobs_server::Jobs for Jobs {
         call: Request<Streaming<v1::Upload>>,
     ) -> Result<Response<v1::Job>, Status> {
         let caller = caller(&self.service, &call)?;
-        self.service.check_room()?;
-        let mut upload = upload(&self.service, &call);
+        self.service.check_room(&caller)?;
+        let mut upload = upload(&self.service, &call, &caller)?;
         let start = receive(call.into_inner(), &mut upload).await?;
         let request = request_from_message(&start.request.unwrap_or_default())?;
         let key = Some(start.idempotency_key).filter(|key| !key.is_empty());
@@ -63,7 +63,7 @@ impl v1::jobs_server::Jobs for Jobs {
         call: Request<v1::GetJobResultRequest>,
     ) -> Result<Response<v1::Segmentation>, Status> {
         let caller = caller(&self.service, &call)?;
-        let held = share(&self.service, &call);
+        let held = share(&self.service, &call, &caller)?;
         let v1::GetJobResultRequest { id, omit_labels } = call.into_inner();
         let tell = move |answer: crate::service::Answer, labels| {
             Ok(answer.document.shown(labels && !omit_labels).into())

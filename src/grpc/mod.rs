@@ -16,7 +16,7 @@ use tonic_health::server::HealthReporter;
 use crate::{
     jobs::BytesHeld,
     service::{
-        Caller, Peer, Service, Upload,
+        Caller, Peer, Service, ServiceError, Upload,
         message::{
             DESCRIPTOR,
             v1::{jobs_server::JobsServer, segmentations_server::SegmentationsServer},
@@ -66,14 +66,24 @@ pub async fn router(
     Ok((calls.layer(context), health))
 }
 
-/// The share of the budget that counts the call's messages already.
-fn share<T>(service: &Service, call: &tonic::Request<T>) -> BytesHeld {
-    call.extensions().get::<BytesHeld>().cloned().unwrap_or_else(|| service.share())
+/// The share of the budget that counts the call's messages already; from now on it is the caller's.
+fn share<T>(
+    service: &Service,
+    call: &tonic::Request<T>,
+    caller: &Caller,
+) -> Result<BytesHeld, Status> {
+    let held = call.extensions().get::<BytesHeld>().cloned().unwrap_or_else(|| service.share());
+    held.charge(caller.as_deref()).map_err(ServiceError::from)?;
+    Ok(held)
 }
 
 /// An empty upload for the call.
-fn upload<T>(service: &Service, call: &tonic::Request<T>) -> Upload {
-    service.upload(share(service, call))
+fn upload<T>(
+    service: &Service,
+    call: &tonic::Request<T>,
+    caller: &Caller,
+) -> Result<Upload, Status> {
+    Ok(service.upload(share(service, call, caller)?))
 }
 
 /// Who makes the call, by key or by the certificate of the connection.

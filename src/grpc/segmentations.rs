@@ -36,9 +36,9 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         &self,
         call: Request<v1::SegmentRequest>,
     ) -> Result<Response<v1::Segmentation>, Status> {
-        caller(&self.service, &call)?;
+        let caller = caller(&self.service, &call)?;
         let timeout = grpc_timeout(call.metadata());
-        let mut upload = upload(&self.service, &call);
+        let mut upload = upload(&self.service, &call, &caller)?;
         let message = call.into_inner();
         let mut request = request_from_message(&message)?;
         request.shorten_deadline(timeout);
@@ -50,10 +50,10 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         &self,
         call: Request<Streaming<v1::Upload>>,
     ) -> Result<Response<v1::Segmentation>, Status> {
-        caller(&self.service, &call)?;
+        let caller = caller(&self.service, &call)?;
         let timeout = grpc_timeout(call.metadata());
-        self.service.check_room()?;
-        let mut upload = upload(&self.service, &call);
+        self.service.check_room(&caller)?;
+        let mut upload = upload(&self.service, &call, &caller)?;
         let start = receive(call.into_inner(), &mut upload).await?;
         let mut request = request_from_message(&start.request.unwrap_or_default())?;
         request.shorten_deadline(timeout);

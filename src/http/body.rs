@@ -10,7 +10,7 @@ use super::form::Pairs;
 
 use crate::{
     formats::Format,
-    service::{ErrorKind, Request, Service, ServiceError, Upload, unknown_format},
+    service::{Caller, ErrorKind, Request, Service, ServiceError, Upload, unknown_format},
 };
 
 /// Longest `parameters` part of a multipart request.
@@ -26,8 +26,10 @@ pub async fn read(
     message: HttpRequest,
     request: &mut Request,
 ) -> Result<Upload, ServiceError> {
-    service.check_room()?;
+    let caller = message.extensions().get::<Caller>().cloned().flatten();
+    service.check_room(&caller)?;
     let mut upload = service.upload(service.share());
+    upload.held().charge(caller.as_deref())?;
     let reading = async {
         if media_type(message.headers()).is_some_and(|t| t.starts_with("multipart/form-data")) {
             multipart(message, request, &mut upload).await

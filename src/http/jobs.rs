@@ -147,6 +147,7 @@ pub async fn result(
     let asked = asked_labels(query)?;
     let form = accept::negotiate(&headers, Representation::ALL)?;
     let held = app.service.share();
+    held.charge(caller.as_deref())?;
     if form == Representation::Json {
         let (kept, request) = app.service.kept_result(&caller, &id, &held).await?;
         if asked.unwrap_or(request.labels) {

@@ -30,7 +30,7 @@ use tower_http::{
 use utoipa::openapi::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-pub use admin::{Gauges, admin_router};
+pub use admin::{Gauges, Readiness, admin_router};
 pub use problem::Problem;
 pub use server::{Connections, Tls, serve};
 

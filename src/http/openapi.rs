@@ -283,7 +283,9 @@ fn add_headers(operation: &mut Operation) {
         match status.as_str() {
             "202" => add("Location", header("Where the job is", Type::String)),
             "401" => add("WWW-Authenticate", header("`Bearer`", Type::String)),
-            "503" => add("Retry-After", header("Seconds to wait before a new try", Type::Integer)),
+            "429" | "503" | "507" => {
+                add("Retry-After", header("Seconds to wait before a new try", Type::Integer))
+            }
             _ => {}
         }
     }
@@ -300,7 +302,10 @@ fn applies(kind: ErrorKind, id: &str) -> bool {
         K::NotFound | K::MethodNotAllowed => false,
         K::Unauthenticated => !open,
         K::JobNotFound => !open && id != "createSegmentation",
-        K::JobNotFinished | K::JobFailed => result,
+        K::JobNotFinished | K::JobFailed | K::StorageDamaged => result,
+        K::Overloaded | K::QuotaExceeded => result || id == "createSegmentation",
+        K::StorageFull => id == "deleteJob" || id == "createSegmentation",
+        K::StorageFailed => result || id == "deleteJob" || id == "createSegmentation",
         K::NotAcceptable | K::UnknownParameter | K::InvalidParameter => {
             result || id == "createSegmentation"
         }

@@ -1,17 +1,28 @@
 use std::{
     fmt::Debug,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use bytes::Bytes;
+use tokio::sync::watch;
 use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
 use super::{
-    BytesHeld, Control, Fault, Job, JobRecord, JobState, Outcome, Overloaded, Place, Pool,
-    PoolError, Stop, Store, StoreError, Submission, record::now_ms, register::Register, trace,
+    BytesHeld, Control, Ending, Fault, Job, JobRecord, KeyShare, Outcome, Overloaded, Pool,
+    PoolError, Store, StoreError, Submission,
+    pool::message,
+    record::now_ms,
+    register::{Keep, Register},
 };
+
+mod drive;
+#[cfg(test)]
+mod tests;
+
+/// A store that takes longer to say how it is does not work.
+const LONGEST_PROBE: Duration = Duration::from_secs(5);
 
 /// What jobs do: from input to result.
 pub trait Runner: Send + Sync + Debug {
@@ -21,6 +32,8 @@ pub trait Runner: Send + Sync + Debug {
     fn time_for(&self, record: &JobRecord) -> Duration;
     /// How a run that gave no answer is told.
     fn fault(&self, error: &PoolError) -> Fault;
+    /// How a store that fails is told.
+    fn store_fault(&self, error: &StoreError) -> Fault;
 }
 
 /// How long ended jobs are kept.
@@ -28,8 +41,10 @@ pub trait Runner: Send + Sync + Debug {
 pub struct BookConfig {
     /// After this time an ended job is forgotten.
     pub result_ttl: Duration,
-    /// Above this many bytes of inputs and results of ended jobs the oldest are forgotten.
+    /// Above this many bytes of ended jobs, with all they hold, some are forgotten.
     pub result_bytes: u64,
+    /// The part of that which one key's jobs may take.
+    pub key_share: KeyShare,
 }
 
 /// Why a job is not taken.
@@ -55,6 +70,10 @@ pub struct Book {
     runner: Arc<dyn Runner>,
     jobs: Mutex<Register>,
     tasks: TaskTracker,
+    // held while the store is probed
+    probing: Arc<tokio::sync::Mutex<()>>,
+    // ended runs whose end the store does not take; while there are any, no other begins
+    unwritten: watch::Sender<usize>,
 }
 
 impl Book {
@@ -73,6 +92,7 @@ impl Book {
         let mut unfinished = Vec::new();
         for record in records {
             let job = Job::new(record.clone());
+            job.admit(Ok(()));
             register.add(Arc::clone(&job));
             if record.state.is_final() {
                 register.ended(&record);
@@ -81,10 +101,12 @@ impl Book {
             }
         }
         let (jobs, tasks) = (Mutex::new(register), TaskTracker::new());
-        let book = Arc::new(Self { config, pool, store, runner, jobs, tasks });
+        let (probing, unwritten) = (Arc::default(), watch::Sender::new(0));
+        let book = Self { config, pool, store, runner, jobs, tasks, probing, unwritten };
+        let book = Arc::new(book);
         for job in unfinished {
             // accepted by an earlier process, so it needs no place in the queue
-            book.start(job, None, None);
+            book.spawn(&job, Arc::clone(&book).drive(Arc::clone(&job), None, None));
         }
         Ok(book)
     }
@@ -93,7 +115,8 @@ impl Book {
         self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes a job in: returns when it is kept, with `true` where it is new.
+    /// Takes a job in: returns when it is kept, with `true` where it is new. A caller that goes away
+    /// meanwhile leaves a whole job or none.
     ///
     /// # Errors
     /// There is no room, the idempotency key stands for something else, or the store fails.
@@ -104,94 +127,31 @@ impl Book {
         held: BytesHeld,
     ) -> Result<(Arc<Job>, bool), SubmitError> {
         let record = JobRecord::new(submission, input.len() as u64);
-        let job = Job::new(record.clone());
-        let place = {
+        let (job, place) = {
             let mut jobs = self.jobs();
-            if let Some(first) = jobs.same(&record)? {
-                return Ok((first, false));
+            match jobs.same(&record)? {
+                Some(first) => (first, None),
+                None => {
+                    let place = self.pool.admit(record.owner.as_deref())?;
+                    let job = Job::new(record);
+                    jobs.add(Arc::clone(&job));
+                    (job, Some(place))
+                }
             }
-            let place = self.pool.admit()?;
-            jobs.add(Arc::clone(&job));
-            place
         };
-        let store = Arc::clone(&self.store);
-        let kept = tokio::task::spawn_blocking(move || store.insert(&record, input)).await;
-        if let Ok(Err(error)) = kept {
-            self.jobs().remove(job.record().id);
-            return Err(error.into());
+        let is_new = place.is_some();
+        if let Some(place) = place {
+            let kept = Arc::clone(self).take_in(Arc::clone(&job), input, place, held);
+            self.spawn(&job, kept);
         }
-        self.start(Arc::clone(&job), Some(place), Some(held));
-        Ok((job, true))
-    }
-
-    /// Sees the job through in a task and a trace of its own, which names the request it came by.
-    fn start(self: &Arc<Self>, job: Arc<Job>, place: Option<Place>, held: Option<BytesHeld>) {
-        let id = job.record().id;
-        let log = tracing::info_span!(parent: None, "job", job_id = %id);
-        let span = trace::job(&log);
-        trace::set(&span, "conicoid.job.id", id.to_string());
-        let run = Arc::clone(self).drive(job, place, held);
-        self.tasks.spawn(trace::Scope::new(log, span).cover(run));
-    }
-
-    /// Sees a job through: waits for its turn, runs it and writes down its end.
-    async fn drive(self: Arc<Self>, job: Arc<Job>, place: Option<Place>, held: Option<BytesHeld>) {
-        let lane = self.pool.lane(usize::try_from(job.record().input_bytes).unwrap_or(usize::MAX));
-        let work = {
-            let (book, job) = (Arc::clone(&self), Arc::clone(&job));
-            move || book.run(&job)
-        };
-        tokio::select! {
-            done = self.pool.run(place, lane, work) => if let Err(error) = done {
-                let fault = self.runner.fault(&error);
-                self.end(job, JobState::Failed, Some(Err(fault))).await;
-            },
-            // the cancelled job gives up its place; a run already begun stops by itself
-            () = job.control().cancelled_by_caller() => {}
-        }
-        drop(held);
-        self.expire().await;
-    }
-
-    /// The run itself, on a thread of the pool.
-    fn run(&self, job: &Job) {
-        if !job.begin() {
-            return;
-        }
-        let record = job.record();
-        job.control().set_deadline(Instant::now() + self.runner.time_for(&record));
-        let outcome = match self.store.input(record.id) {
-            Ok(input) => self.runner.run(&record, &input.unwrap_or_default(), job.control()),
-            Err(error) => Err(Fault { code: "internal".to_owned(), detail: error.to_string() }),
-        };
-        let (state, outcome) = match outcome {
-            Ok(result) => (JobState::Succeeded, Some(Ok(result))),
-            Err(_) if job.control().stop() == Some(Stop::Cancelled) => (JobState::Cancelled, None),
-            Err(fault) => (JobState::Failed, Some(Err(fault))),
-        };
-        self.write_end(job, state, outcome);
-    }
-
-    /// Writes down how a job ended; this may wait for a disk.
-    fn write_end(&self, job: &Job, state: JobState, outcome: Option<Outcome>) {
-        let id = job.record().id;
-        // whoever sees that the job has ended may count on its expiry
-        let written = job.end(&*self.store, state, outcome, |record| self.jobs().ended(record));
-        if let Err(error) = written {
-            tracing::error!(%error, job_id = %id, "the end of a job could not be kept");
-        }
-    }
-
-    async fn end(self: &Arc<Self>, job: Arc<Job>, state: JobState, outcome: Option<Outcome>) {
-        let book = Arc::clone(self);
-        let ended = move || book.write_end(&job, state, outcome);
-        // a runtime that ends leaves the job to the next process
-        let _ = tokio::task::spawn_blocking(ended).await;
+        // a retry waits for the same answer
+        job.admitted().await?;
+        Ok((job, is_new))
     }
 
     /// The job of that name, if `owner` may see it and it has not expired.
     pub fn find(&self, id: Uuid, owner: Option<&str>) -> Option<Arc<Job>> {
-        let job = self.jobs().get(id)?;
+        let job = self.jobs().get(id).filter(|job| job.is_admitted())?;
         let record = job.record();
         (record.owner.as_deref() == owner && !self.expired(&record)).then_some(job)
     }
@@ -199,38 +159,59 @@ impl Book {
     /// Cancels a job under way; forgets one that has ended.
     ///
     /// # Errors
-    /// The store fails.
+    /// The store fails; then the job stops all the same, and is shown as cancelled once that is kept.
     pub async fn cancel(self: &Arc<Self>, job: Arc<Job>) -> Result<(), StoreError> {
         if job.record().state.is_final() {
             return self.forget(job.record().id).await;
         }
         job.control().cancel();
-        self.end(job, JobState::Cancelled, None).await;
-        Ok(())
+        self.write_end(&job, Ending::Cancelled).await
     }
 
-    /// The result of a job.
+    /// The result of a job that has one; nothing where the job has been forgotten.
     ///
     /// # Errors
-    /// The store fails.
+    /// The store fails, or has lost it.
     pub async fn result(&self, id: Uuid) -> Result<Option<Bytes>, StoreError> {
         let store = Arc::clone(&self.store);
-        blocking(move || store.result(id)).await
+        self.there("result", id, blocking(move || store.result(id)).await?)
     }
 
-    /// The input of a job.
+    /// The input of a job; nothing where the job has been forgotten.
     ///
     /// # Errors
-    /// The store fails.
+    /// The store fails, or has lost it.
     pub async fn input(&self, id: Uuid) -> Result<Option<Bytes>, StoreError> {
         let store = Arc::clone(&self.store);
-        blocking(move || store.input(id)).await
+        self.there("input", id, blocking(move || store.input(id)).await?)
     }
 
+    /// What is missing of a job that is known is an error.
+    fn there(
+        &self,
+        part: &'static str,
+        id: Uuid,
+        found: Option<Bytes>,
+    ) -> Result<Option<Bytes>, StoreError> {
+        if found.is_none() && self.jobs().get(id).is_some() {
+            return Err(StoreError::Missing { part, id });
+        }
+        Ok(found)
+    }
+
+    /// Forgets an ended job; one that the store does not let go stays.
     async fn forget(&self, id: Uuid) -> Result<(), StoreError> {
-        self.jobs().remove(id);
+        // first here, so that nobody misses what the store has no more
+        let Some(job) = self.jobs().remove(id) else { return Ok(()) };
         let store = Arc::clone(&self.store);
-        blocking(move || store.remove(id)).await
+        let removed = blocking(move || store.remove(id)).await;
+        if removed.is_err() {
+            let record = job.record();
+            let mut jobs = self.jobs();
+            jobs.add(job);
+            jobs.ended(&record);
+        }
+        removed
     }
 
     /// Jobs that ended by this time, in milliseconds since 1970, have expired.
@@ -239,19 +220,45 @@ impl Book {
         now_ms().saturating_sub(ttl)
     }
 
+    fn keep(&self) -> Keep {
+        let bytes = self.config.result_bytes;
+        let bytes_per_key = self.config.key_share.of(bytes);
+        Keep { latest_expired_ms: self.latest_expired(), bytes, bytes_per_key }
+    }
+
     fn expired(&self, record: &JobRecord) -> bool {
         record.finished_ms.is_some_and(|ended| ended <= self.latest_expired())
     }
 
-    /// Forgets the ended jobs that are too old, and the oldest ones above the byte budget.
+    /// Forgets the ended jobs that are too old, and the oldest ones above the byte budgets.
     pub async fn expire(&self) {
         loop {
-            let expired = self.jobs().expired(self.latest_expired(), self.config.result_bytes);
+            let expired = self.jobs().expired(&self.keep());
             let Some(id) = expired else { return };
             if let Err(error) = self.forget(id).await {
                 tracing::error!(%error, job_id = %id, "an expired job could not be removed");
+                return;
             }
         }
+    }
+
+    /// Whether the store could keep a job now.
+    ///
+    /// # Errors
+    /// It could not, or does not say so in time.
+    pub async fn probe(&self) -> Result<(), StoreError> {
+        let (store, probing) = (Arc::clone(&self.store), Arc::clone(&self.probing));
+        let probe = async {
+            // one at a time: a disk that hangs must not take thread after thread
+            let alone = probing.lock_owned().await;
+            blocking(move || {
+                let _alone = alone;
+                store.probe()
+            })
+            .await
+        };
+        let told = tokio::time::timeout(LONGEST_PROBE, probe).await;
+        told.unwrap_or_else(|_| Err(StoreError::Failed("its disk does not answer".to_owned())))
     }
 
     /// Waits for the jobs under way where they would be lost with the process.
@@ -264,9 +271,12 @@ impl Book {
 }
 
 /// Runs a call that may wait for the disk beside the asynchronous threads.
-async fn blocking<T: Default + Send + 'static>(
+async fn blocking<T: Send + 'static>(
     call: impl FnOnce() -> Result<T, StoreError> + Send + 'static,
 ) -> Result<T, StoreError> {
-    // a call whose runtime ends has no answer
-    tokio::task::spawn_blocking(call).await.unwrap_or_else(|_| Ok(T::default()))
+    let done = tokio::task::spawn_blocking(call).await;
+    done.unwrap_or_else(|error| match error.try_into_panic() {
+        Ok(panic) => Err(StoreError::Failed(format!("it panicked: {}", message(&*panic)))),
+        Err(_) => Err(StoreError::Closed),
+    })
 }

@@ -1,17 +1,19 @@
 use std::sync::{
-    Arc, Mutex, PoisonError,
+    Arc, Mutex, MutexGuard, PoisonError,
     atomic::{AtomicU64, Ordering},
 };
 
 use bytes::Bytes;
 
-use super::Overloaded;
+use super::{KeyShare, Overloaded, tally::Tally};
 
 /// How many bytes of uploads and answers may be held at one time, over all requests.
 #[derive(Clone, Debug)]
 pub struct ByteBudget {
     limit: u64,
     held: Arc<AtomicU64>,
+    // bytes that each key holds
+    keys: Arc<Tally>,
 }
 
 /// Bytes taken from a budget by one request; they are given back when its last handle is dropped.
@@ -20,14 +22,20 @@ pub struct BytesHeld(Arc<Share>);
 
 #[derive(Debug)]
 struct Share {
-    bytes: Mutex<u64>,
+    taken: Mutex<Taken>,
     budget: ByteBudget,
 }
 
+#[derive(Debug, Default)]
+struct Taken {
+    bytes: u64,
+    owner: Option<String>,
+}
+
 impl ByteBudget {
-    /// A budget of `limit` bytes.
-    pub fn new(limit: u64) -> Self {
-        Self { limit, held: Arc::default() }
+    /// A budget of `limit` bytes, of which one key may hold `share`.
+    pub fn new(limit: u64, share: KeyShare) -> Self {
+        Self { limit, held: Arc::default(), keys: Tally::new(share.of(limit)) }
     }
 
     /// Bytes held now.
@@ -37,24 +45,55 @@ impl ByteBudget {
 
     /// An empty share, to grow as an upload comes in.
     pub fn share(&self) -> BytesHeld {
-        BytesHeld(Arc::new(Share { bytes: Mutex::new(0), budget: self.clone() }))
+        BytesHeld(Arc::new(Share { taken: Mutex::default(), budget: self.clone() }))
     }
 }
 
 impl BytesHeld {
+    fn taken(&self) -> MutexGuard<'_, Taken> {
+        self.0.taken.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Counts the share, and what it grows by, as `owner`'s; the first owner stays.
+    ///
+    /// # Errors
+    /// The owner holds too much already.
+    pub fn charge(&self, owner: Option<&str>) -> Result<(), Overloaded> {
+        let keys = &self.0.budget.keys;
+        let mut taken = self.taken();
+        if taken.owner.is_none() {
+            if !keys.take(owner, taken.bytes) {
+                return Err(Overloaded::KeyBytes { limit: keys.limit() });
+            }
+            taken.owner = owner.map(str::to_owned);
+        }
+        Ok(())
+    }
+
+    /// Whose the share is, where the service asks for keys.
+    pub fn owner(&self) -> Option<String> {
+        self.taken().owner.clone()
+    }
+
     /// Grows the share to `bytes`; a share never shrinks before it is dropped, so those who count the
     /// same bytes may each say how many they have seen.
     ///
     /// # Errors
-    /// The budget has not that much left.
+    /// The budget, or its owner's part of it, has not that much left.
     pub fn grow_to(&self, bytes: u64) -> Result<(), Overloaded> {
         let budget = &self.0.budget;
-        let mut taken = self.0.bytes.lock().unwrap_or_else(PoisonError::into_inner);
-        let more = bytes.saturating_sub(*taken);
+        let mut taken = self.taken();
+        let more = bytes.saturating_sub(taken.bytes);
+        if !budget.keys.take(taken.owner.as_deref(), more) {
+            return Err(Overloaded::KeyBytes { limit: budget.keys.limit() });
+        }
         let fits = |held: u64| held.checked_add(more).filter(|sum| *sum <= budget.limit);
         let grown = budget.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits);
-        grown.map_err(|_| Overloaded::Bytes { limit: budget.limit })?;
-        *taken += more;
+        if grown.is_err() {
+            budget.keys.give_back(taken.owner.as_deref(), more);
+            return Err(Overloaded::Bytes { limit: budget.limit });
+        }
+        taken.bytes += more;
         Ok(())
     }
 
@@ -66,8 +105,9 @@ impl BytesHeld {
 
 impl Drop for Share {
     fn drop(&mut self) {
-        let bytes = self.bytes.get_mut().unwrap_or_else(PoisonError::into_inner);
-        self.budget.held.fetch_sub(*bytes, Ordering::Relaxed);
+        let taken = self.taken.get_mut().unwrap_or_else(PoisonError::into_inner);
+        self.budget.held.fetch_sub(taken.bytes, Ordering::Relaxed);
+        self.budget.keys.give_back(taken.owner.as_deref(), taken.bytes);
     }
 }
 
@@ -88,7 +128,7 @@ mod tests {
 
     #[test]
     fn the_budget_is_spent_to_the_byte_and_given_back() {
-        let budget = ByteBudget::new(10);
+        let budget = ByteBudget::new(10, KeyShare(0.5));
         let (a, b) = (budget.share(), budget.share());
         assert!(a.grow_to(6).is_ok() && a.grow_to(4).is_ok() && b.grow_to(4).is_ok());
         assert_eq!(b.grow_to(5), Err(Overloaded::Bytes { limit: 10 }));
@@ -99,8 +139,29 @@ mod tests {
     }
 
     #[test]
+    fn a_key_holds_its_share_of_the_budget_and_leaves_the_rest() {
+        let budget = ByteBudget::new(10, KeyShare(0.5));
+        let shares = [Some("a"), Some("a"), Some("b")].map(|owner| {
+            let share = budget.share();
+            share.charge(owner).unwrap();
+            share
+        });
+        assert!(shares[0].grow_to(3).is_ok() && shares[1].grow_to(2).is_ok());
+        assert_eq!(shares[1].grow_to(3), Err(Overloaded::KeyBytes { limit: 5 }));
+        assert!(shares[2].grow_to(5).is_ok());
+        // what came before its owner was known is counted too
+        let [late, early] = [budget.share(), shares[0].clone()];
+        drop(shares);
+        late.grow_to(3).unwrap();
+        assert_eq!(late.charge(Some("a")), Err(Overloaded::KeyBytes { limit: 5 }));
+        drop(early);
+        late.charge(Some("a")).unwrap();
+        assert_eq!((late.owner().as_deref(), budget.held()), (Some("a"), 3));
+    }
+
+    #[test]
     fn bytes_on_their_way_hold_the_share_until_the_last_is_sent() {
-        let budget = ByteBudget::new(10);
+        let budget = ByteBudget::new(10, KeyShare(0.5));
         let held = budget.share();
         held.grow_to(7).unwrap();
         let mut sent = held.carried_by(vec![1, 2, 3]);

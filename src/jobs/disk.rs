@@ -1,22 +1,47 @@
-use std::path::Path;
+//! Jobs in a database file: a handle that opens it again, rows that are known to be what was written.
+
+use std::{
+    collections::BTreeSet,
+    path::Path,
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 
 use bytes::Bytes;
-use redb::{
-    Database, DatabaseError, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction,
-};
+use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction};
 use uuid::Uuid;
 
 use super::{JobRecord, Store, StoreError};
+use file::DatabaseFile;
+use handle::{Handle, Source, Trouble};
+use room::Room;
+use row::{INPUTS, RECORDS, RESULTS, Rows};
 
-const RECORDS: TableDefinition<'_, u128, &[u8]> = TableDefinition::new("records");
-const INPUTS: TableDefinition<'_, u128, &[u8]> = TableDefinition::new("inputs");
-const RESULTS: TableDefinition<'_, u128, &[u8]> = TableDefinition::new("results");
+mod file;
+mod handle;
+mod overlay;
+mod room;
+mod row;
+mod salvage;
+#[cfg(test)]
+mod tests;
+
+/// Rows that are written to see whether there is room.
+const PROBES: TableDefinition<'_, u128, &[u8]> = TableDefinition::new("probes");
 
 /// Keeps jobs in one database file; what was accepted survives the end of the process, however
 /// sudden. Every call that changes something returns only when the change is on the disk.
+///
+/// After an error of the file, or a panic of the database's library, the next call opens the database
+/// again. Every row carries a digest, so that what was damaged is an error and never another answer.
 #[derive(Debug)]
 pub struct DiskStore {
-    database: Database,
+    handle: Handle,
+    room: Room,
+    // inserts that failed and may be there all the same
+    unsure: Mutex<BTreeSet<u128>>,
 }
 
 /// The tables within one transaction.
@@ -27,17 +52,20 @@ struct Tables<'t> {
 }
 
 impl<'t> Tables<'t> {
-    fn open(transaction: &'t WriteTransaction) -> Result<Self, redb::Error> {
+    fn open(transaction: &'t WriteTransaction) -> Result<Self, redb::TableError> {
         Ok(Self {
-            records: transaction.open_table(RECORDS)?,
-            inputs: transaction.open_table(INPUTS)?,
-            results: transaction.open_table(RESULTS)?,
+            records: transaction.open_table(RECORDS.table)?,
+            inputs: transaction.open_table(INPUTS.table)?,
+            results: transaction.open_table(RESULTS.table)?,
         })
     }
-}
 
-fn failed(error: impl Into<redb::Error>) -> StoreError {
-    StoreError::Database(Box::new(error.into()))
+    fn remove(&mut self, id: u128) -> Result<(), redb::StorageError> {
+        self.records.remove(id)?;
+        self.inputs.remove(id)?;
+        self.results.remove(id)?;
+        Ok(())
+    }
 }
 
 impl DiskStore {
@@ -46,38 +74,100 @@ impl DiskStore {
     /// # Errors
     /// The file cannot be used, is no database, or is in use by another process.
     pub fn open(path: &Path, cache: usize) -> Result<Self, StoreError> {
-        let database = Database::builder().set_cache_size(cache).create(path);
-        let database = database.map_err(|error| match error {
-            DatabaseError::DatabaseAlreadyOpen => StoreError::InUse,
-            other => failed(other),
-        })?;
-        let store = Self { database };
+        Self::new(DatabaseFile::new(path, cache))
+    }
+
+    /// The store in the database of `source`.
+    fn new(source: impl Source + 'static) -> Result<Self, StoreError> {
+        let handle = Handle::open(source)?;
+        let store = Self { handle, room: Room::default(), unsure: Mutex::default() };
         // tables come to be when they are opened for writing; reading needs them all
-        store.change(|_| Ok(()))?;
+        store.change(0, |_| Ok(()))?;
         Ok(store)
     }
 
-    /// One transaction over the three tables.
-    fn change(
-        &self,
-        edit: impl FnOnce(&mut Tables<'_>) -> Result<(), redb::Error>,
-    ) -> Result<(), StoreError> {
-        let transaction = self.database.begin_write().map_err(failed)?;
-        let tables = Tables::open(&transaction);
-        tables.and_then(|mut tables| edit(&mut tables)).map_err(failed)?;
-        transaction.commit().map_err(failed)
+    fn unsure(&self) -> MutexGuard<'_, BTreeSet<u128>> {
+        self.unsure.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn read(
+    /// One transaction over the three tables, which writes about `bytes`; it may be tried twice.
+    fn change(
         &self,
-        table: TableDefinition<'_, u128, &'static [u8]>,
-        id: Uuid,
-    ) -> Result<Option<Bytes>, StoreError> {
-        let transaction = self.database.begin_read().map_err(failed)?;
-        let table = transaction.open_table(table).map_err(failed)?;
-        let value = table.get(id.as_u128()).map_err(failed)?;
-        Ok(value.map(|value| Bytes::copy_from_slice(value.value())))
+        bytes: u64,
+        edit: impl Fn(&mut Tables<'_>) -> Result<(), redb::StorageError>,
+    ) -> Result<(), StoreError> {
+        self.handle.check()?;
+        let unsure = self.unsure().clone();
+        self.write(bytes, |database| {
+            let transaction = database.begin_write().map_err(Trouble::of)?;
+            let mut tables = Tables::open(&transaction).map_err(Trouble::of)?;
+            unsure.iter().try_for_each(|id| tables.remove(*id)).map_err(Trouble::of)?;
+            edit(&mut tables).map_err(Trouble::of)?;
+            drop(tables);
+            transaction.commit().map_err(Trouble::of)
+        })?;
+        self.unsure().retain(|id| !unsure.contains(id));
+        Ok(())
     }
+
+    /// A write, unless one has just failed.
+    fn write(
+        &self,
+        bytes: u64,
+        write: impl Fn(&Database) -> Result<(), Trouble>,
+    ) -> Result<(), StoreError> {
+        let done = self.handle.call(|database| {
+            self.room.may_try().map_err(Trouble::apart)?;
+            let done = write(database);
+            if let Err(trouble) = &done
+                && trouble.is_own()
+            {
+                // noted before others that wait for their turn try the same
+                self.room.note(bytes, &Err(trouble.told()));
+            }
+            done
+        });
+        // a database that cannot be opened, and a panic, are seen here alone
+        if !matches!(&done, Err(error) if !error.may_pass() || self.room.may_try().is_err()) {
+            self.room.note(bytes, &done);
+        }
+        done
+    }
+
+    fn read(&self, rows: Rows, id: Uuid) -> Result<Option<Bytes>, StoreError> {
+        let key = id.as_u128();
+        self.handle.call(|database| {
+            let transaction = database.begin_read().map_err(Trouble::of)?;
+            let table = transaction.open_table(rows.table).map_err(Trouble::of)?;
+            let Some(row) = table.get(key).map_err(Trouble::of)? else { return Ok(None) };
+            let payload = row::unsealed(rows, key, row.value());
+            let damaged = StoreError::Damaged { part: rows.part, id };
+            let payload = payload.ok_or_else(|| Trouble::apart(damaged))?;
+            Ok(Some(Bytes::copy_from_slice(payload)))
+        })
+    }
+}
+
+/// A change of all tables that changes nothing.
+fn write_nothing(database: &Database) -> Result<(), Trouble> {
+    let transaction = database.begin_write().map_err(Trouble::of)?;
+    drop(Tables::open(&transaction).map_err(Trouble::of)?);
+    transaction.commit().map_err(Trouble::of)
+}
+
+fn text_of(record: &JobRecord) -> Result<Vec<u8>, StoreError> {
+    serde_json::to_vec(record).map_err(|error| StoreError::Failed(error.to_string()))
+}
+
+/// The record in a row; `None`, and a line in the log, where the row is damaged.
+fn record_in(id: u128, row: &[u8]) -> Option<JobRecord> {
+    let record = row::unsealed(RECORDS, id, row);
+    let record = record.and_then(|text| serde_json::from_slice(text).ok());
+    if record.is_none() {
+        let id = Uuid::from_u128(id);
+        tracing::error!(job_id = %id, "the record of a job is damaged: the job is left out");
+    }
+    record
 }
 
 impl Store for DiskStore {
@@ -86,44 +176,49 @@ impl Store for DiskStore {
     }
 
     fn insert(&self, record: &JobRecord, input: Bytes) -> Result<(), StoreError> {
-        let (id, text) = (record.id.as_u128(), serde_json::to_vec(record)?);
-        self.change(|tables| {
-            tables.records.insert(id, text.as_slice())?;
-            tables.inputs.insert(id, input.as_ref())?;
-            Ok(())
-        })
+        let (id, text) = (record.id.as_u128(), text_of(record)?);
+        let seals = (row::sealed(RECORDS, id, &text), row::sealed(INPUTS, id, &input));
+        let tried = AtomicBool::new(false);
+        let kept = self.change((text.len() + input.len()) as u64, |tables| {
+            tried.store(true, Ordering::Relaxed);
+            row::put(&mut tables.records, id, &seals.0, &text)?;
+            row::put(&mut tables.inputs, id, &seals.1, &input)
+        });
+        if kept.is_err() && tried.load(Ordering::Relaxed) {
+            self.unsure().insert(id);
+        }
+        kept
     }
 
     fn finish(&self, record: &JobRecord, result: Option<Bytes>) -> Result<(), StoreError> {
-        let (id, text) = (record.id.as_u128(), serde_json::to_vec(record)?);
-        self.change(|tables| {
-            tables.records.insert(id, text.as_slice())?;
-            if let Some(result) = &result {
-                tables.results.insert(id, result.as_ref())?;
+        let (id, text) = (record.id.as_u128(), text_of(record)?);
+        let seal = row::sealed(RECORDS, id, &text);
+        let result = result.map(|result| (row::sealed(RESULTS, id, &result), result));
+        let bytes = text.len() + result.as_ref().map_or(0, |(_, result)| result.len());
+        self.change(bytes as u64, |tables| {
+            row::put(&mut tables.records, id, &seal, &text)?;
+            if let Some((seal, result)) = &result {
+                row::put(&mut tables.results, id, seal, result)?;
             }
             Ok(())
         })
     }
 
     fn remove(&self, id: Uuid) -> Result<(), StoreError> {
-        let id = id.as_u128();
-        self.change(|tables| {
-            tables.records.remove(id)?;
-            tables.inputs.remove(id)?;
-            tables.results.remove(id)?;
-            Ok(())
-        })
+        self.change(0, |tables| tables.remove(id.as_u128()))
     }
 
     fn records(&self) -> Result<Vec<JobRecord>, StoreError> {
-        let transaction = self.database.begin_read().map_err(failed)?;
-        let table = transaction.open_table(RECORDS).map_err(failed)?;
-        let rows = table.iter().map_err(failed)?;
-        rows.map(|row| {
-            let (_, value) = row.map_err(failed)?;
-            Ok(serde_json::from_slice(value.value())?)
+        self.handle.call(|database| {
+            let transaction = database.begin_read().map_err(Trouble::of)?;
+            let table = transaction.open_table(RECORDS.table).map_err(Trouble::of)?;
+            let mut records = Vec::new();
+            for row in table.iter().map_err(Trouble::of)? {
+                let (id, row) = row.map_err(Trouble::of)?;
+                records.extend(record_in(id.value(), row.value()));
+            }
+            Ok(records)
         })
-        .collect()
     }
 
     fn input(&self, id: Uuid) -> Result<Option<Bytes>, StoreError> {
@@ -132,5 +227,23 @@ impl Store for DiskStore {
 
     fn result(&self, id: Uuid) -> Result<Option<Bytes>, StoreError> {
         self.read(RESULTS, id)
+    }
+
+    fn probe(&self) -> Result<(), StoreError> {
+        self.handle.check()?;
+        let Some(bytes) = self.room.to_try() else { return Ok(()) };
+        let room = vec![0; usize::try_from(bytes).unwrap_or_default()];
+        let put = |room: &[u8]| {
+            self.write(room.len() as u64, |database| {
+                let transaction = database.begin_write().map_err(Trouble::of)?;
+                let mut table = transaction.open_table(PROBES).map_err(Trouble::of)?;
+                table.insert(0, room).map_err(Trouble::of)?;
+                drop(table);
+                transaction.commit().map_err(Trouble::of)
+            })
+        };
+        put(&room)?;
+        // what it took is given back at once
+        if bytes > 0 { put(&[]) } else { Ok(()) }
     }
 }

@@ -1,5 +1,6 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
+use bytes::Bytes;
 use tokio::sync::watch;
 
 use super::{Control, Fault, JobRecord, JobState, Progress, Store, StoreError, record::now_ms};
@@ -20,22 +21,81 @@ impl JobView {
 }
 
 /// How a job's run ended.
-pub type Outcome = Result<bytes::Bytes, Fault>;
+pub type Outcome = Result<Bytes, Fault>;
+
+/// The end of a job.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// It has this result.
+    Succeeded(Bytes),
+    /// It has none, for this.
+    Failed(Fault),
+    /// Its owner cancelled it.
+    Cancelled,
+}
+
+impl Ending {
+    /// The record of a job that ends so, now, and its result.
+    fn of(self, mut record: JobRecord) -> (JobRecord, Option<Bytes>) {
+        record.finished_ms = Some(now_ms());
+        match self {
+            Self::Succeeded(result) => {
+                record.state = JobState::Succeeded;
+                record.result_bytes = result.len() as u64;
+                (record, Some(result))
+            }
+            Self::Failed(fault) => {
+                (record.state, record.fault) = (JobState::Failed, Some(fault));
+                (record, None)
+            }
+            Self::Cancelled => {
+                record.state = JobState::Cancelled;
+                (record, None)
+            }
+        }
+    }
+}
 
 /// A job of this process: its state, which only moves forward, and the handle on its run.
 #[derive(Debug)]
 pub struct Job {
     state: watch::Sender<JobRecord>,
     control: Arc<Control>,
+    // whether the store has it; nothing while it is being kept
+    admission: watch::Sender<Option<Result<(), StoreError>>>,
     // held while an end is written down, so that a job ends once
     ending: Mutex<()>,
 }
 
 impl Job {
-    /// The job of a record.
+    /// The job of a record, which is yet to be kept.
     pub fn new(record: JobRecord) -> Arc<Self> {
-        let state = watch::Sender::new(record);
-        Arc::new(Self { state, control: Control::new(None), ending: Mutex::new(()) })
+        Arc::new(Self {
+            state: watch::Sender::new(record),
+            control: Control::new(None),
+            admission: watch::Sender::new(None),
+            ending: Mutex::new(()),
+        })
+    }
+
+    /// Says to all who wait for it whether the job is kept.
+    pub fn admit(&self, kept: Result<(), StoreError>) {
+        self.admission.send_replace(Some(kept));
+    }
+
+    /// Whether the job is kept.
+    pub fn is_admitted(&self) -> bool {
+        matches!(*self.admission.borrow(), Some(Ok(())))
+    }
+
+    /// Waits until the job is kept.
+    ///
+    /// # Errors
+    /// The store fails; then there is no such job.
+    pub async fn admitted(&self) -> Result<(), StoreError> {
+        let mut admission = self.admission.subscribe();
+        let known = admission.wait_for(Option::is_some).await;
+        known.ok().and_then(|kept| kept.clone()).unwrap_or(Err(StoreError::Closed))
     }
 
     /// The job now.
@@ -65,40 +125,44 @@ impl Job {
         })
     }
 
-    /// Writes down the end of the job, tells `ended` and then everybody, unless it has ended before.
+    /// Writes down the end of the job, tells `ended` and then everybody; `false` where it has ended
+    /// before.
     ///
     /// # Errors
-    /// The store fails; then the job is shown as failed, and a durable store runs it again.
+    /// The store fails; then the job has not ended.
     pub fn end(
         &self,
         store: &dyn Store,
-        state: JobState,
-        outcome: Option<Outcome>,
+        ending: Ending,
+        ended: impl FnOnce(&JobRecord),
+    ) -> Result<bool, StoreError> {
+        let write = |record: &JobRecord, result| store.finish(record, result);
+        self.conclude(ending, write, ended)
+    }
+
+    /// Shows the job as failed without writing it down: a store that keeps it runs it again after a
+    /// restart. Tells `ended` and then everybody, unless the job has ended before.
+    pub fn give_up(&self, fault: Fault, ended: impl FnOnce(&JobRecord)) {
+        // nothing is written, so nothing fails
+        let _ = self.conclude(Ending::Failed(fault), |_, _| Ok(()), ended);
+    }
+
+    fn conclude(
+        &self,
+        ending: Ending,
+        write: impl FnOnce(&JobRecord, Option<Bytes>) -> Result<(), StoreError>,
         ended: impl FnOnce(&JobRecord),
     ) -> Result<bool, StoreError> {
         let _alone = self.ending.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut record = self.record();
+        let record = self.record();
         if record.state.is_final() {
             return Ok(false);
         }
-        (record.state, record.finished_ms) = (state, Some(now_ms()));
-        let result = match outcome {
-            Some(Ok(result)) => Some(result),
-            Some(Err(fault)) => {
-                record.fault = Some(fault);
-                None
-            }
-            None => None,
-        };
-        record.result_bytes = result.as_ref().map_or(0, |r| r.len() as u64);
-        let written = store.finish(&record, result);
-        if let Err(error) = &written {
-            record.state = JobState::Failed;
-            record.fault = Some(Fault { code: "internal".to_owned(), detail: error.to_string() });
-        }
+        let (record, result) = ending.of(record);
+        write(&record, result)?;
         ended(&record);
         self.state.send_replace(record);
-        written.map(|()| true)
+        Ok(true)
     }
 
     /// The job now and after each change, up to its last state.
@@ -123,7 +187,6 @@ impl Job {
 
 #[cfg(test)]
 mod tests {
-    use bytes::Bytes;
     use futures::StreamExt;
 
     use super::*;
@@ -142,9 +205,9 @@ mod tests {
     fn a_job_ends_once() {
         let (job, store) = job();
         assert!(job.begin());
-        assert!(job.end(&store, JobState::Cancelled, None, |_| ()).unwrap());
-        let late = Some(Ok(Bytes::from_static(b"late")));
-        assert!(!job.end(&store, JobState::Succeeded, late, |_| ()).unwrap());
+        assert!(job.end(&store, Ending::Cancelled, |_| ()).unwrap());
+        let late = Ending::Succeeded(Bytes::from_static(b"late"));
+        assert!(!job.end(&store, late, |_| ()).unwrap());
         assert!(!job.begin());
         assert_eq!(job.record().state, JobState::Cancelled);
         assert_eq!(store.result(job.record().id).unwrap(), None);
@@ -159,8 +222,7 @@ mod tests {
         assert_eq!(watch.next().await.unwrap().record.state, JobState::Running);
         job.control().progress(Stage::Grow, 0.5);
         assert_eq!(watch.next().await.unwrap().progress.unwrap().fraction, 0.5);
-        job.end(&store, JobState::Succeeded, Some(Ok(Bytes::from_static(b"done"))), |_| ())
-            .unwrap();
+        job.end(&store, Ending::Succeeded(Bytes::from_static(b"done")), |_| ()).unwrap();
         let last = watch.next().await.unwrap().record;
         assert_eq!((last.state, last.result_bytes), (JobState::Succeeded, 4));
         assert!(watch.next().await.is_none());

@@ -12,13 +12,15 @@ mod pool;
 mod record;
 mod register;
 mod store;
+mod tally;
 pub mod trace;
 
 pub use book::{Book, BookConfig, Runner, SubmitError};
 pub use budget::{ByteBudget, BytesHeld};
 pub use control::{CancelOnDrop, Control, Progress, StageTimes, Stop};
 pub use disk::DiskStore;
-pub use job::{Job, JobView, Outcome};
+pub use job::{Ending, Job, JobView, Outcome};
 pub use pool::{Lane, Overloaded, Place, Pool, PoolConfig, PoolError};
 pub use record::{Fault, IdempotencyKey, JobRecord, JobState, Submission};
 pub use store::{MemoryStore, Store, StoreError};
+pub use tally::KeyShare;

@@ -11,7 +11,7 @@ use std::{
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use tokio::sync::{AcquireError, OwnedSemaphorePermit, Semaphore, oneshot};
 
-use super::trace;
+use super::{KeyShare, tally::Tally, trace};
 
 /// How much the pool does at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +52,18 @@ pub enum Overloaded {
         /// Places in the queue.
         limit: usize,
     },
+    /// One key has too many places in the queue.
+    #[error("this key has all {limit} places of the queue that one key may take")]
+    KeyQueue {
+        /// Places of one key.
+        limit: u64,
+    },
+    /// Too many bytes of one key are held.
+    #[error("this key's uploads and answers at hand have used up its {limit} bytes")]
+    KeyBytes {
+        /// The budget of one key.
+        limit: u64,
+    },
     /// Too many bytes of uploads are held.
     #[error("the uploads at hand have used up the budget of {limit} bytes")]
     Bytes {
@@ -73,13 +85,25 @@ pub enum PoolError {
 
 /// A place in the queue, kept until the run begins.
 #[derive(Debug)]
-pub struct Place(#[expect(dead_code, reason = "held for its drop")] OwnedSemaphorePermit);
+pub struct Place {
+    _permit: OwnedSemaphorePermit,
+    owner: Option<String>,
+    keys: Arc<Tally>,
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.keys.give_back(self.owner.as_deref(), 1);
+    }
+}
 
 /// The threads that segment, behind a bounded queue.
 #[derive(Debug)]
 pub struct Pool {
     config: PoolConfig,
     queue: Arc<Semaphore>,
+    // places that each key has
+    keys: Arc<Tally>,
     begun: AtomicU64,
     small: LaneThreads,
     large: LaneThreads,
@@ -93,14 +117,20 @@ struct LaneThreads {
 }
 
 impl Pool {
-    /// Starts the threads.
+    /// Starts the threads; one key may take `share` of the queue.
     ///
     /// # Errors
     /// The system gives no more threads.
-    pub fn new(config: PoolConfig) -> Result<Self, rayon::ThreadPoolBuildError> {
+    pub fn new(
+        mut config: PoolConfig,
+        share: KeyShare,
+    ) -> Result<Self, rayon::ThreadPoolBuildError> {
+        // more than there can ever be
+        config.queue = config.queue.min(Semaphore::MAX_PERMITS);
         Ok(Self {
             config,
             queue: Arc::new(Semaphore::new(config.queue)),
+            keys: Tally::new(share.of(config.queue as u64)),
             begun: AtomicU64::new(0),
             small: LaneThreads::new("small", config.threads, 1)?,
             large: LaneThreads::new("large", 1, config.threads)?,
@@ -122,13 +152,18 @@ impl Pool {
         self.begun.load(Ordering::Relaxed)
     }
 
-    /// Takes a place in the queue, at once or not at all.
+    /// Takes a place in the queue for `owner`, at once or not at all.
     ///
     /// # Errors
-    /// The queue is full.
-    pub fn admit(&self) -> Result<Place, Overloaded> {
-        let place = Arc::clone(&self.queue).try_acquire_owned();
-        place.map(Place).map_err(|_| Overloaded::Queue { limit: self.config.queue })
+    /// The queue is full, or this owner has its share of it.
+    pub fn admit(&self, owner: Option<&str>) -> Result<Place, Overloaded> {
+        let permit = Arc::clone(&self.queue).try_acquire_owned();
+        let permit = permit.map_err(|_| Overloaded::Queue { limit: self.config.queue })?;
+        if !self.keys.take(owner, 1) {
+            return Err(Overloaded::KeyQueue { limit: self.keys.limit() });
+        }
+        let (owner, keys) = (owner.map(str::to_owned), Arc::clone(&self.keys));
+        Ok(Place { _permit: permit, owner, keys })
     }
 
     /// Waits for a turn and does `work` on the lane's threads, within the caller's spans.
@@ -217,7 +252,8 @@ impl Drop for Turn {
     }
 }
 
-fn message(panic: &(dyn Any + Send)) -> String {
+/// What a panic says.
+pub fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }
@@ -229,7 +265,8 @@ mod tests {
     use super::*;
 
     fn pool(threads: usize, queue: usize) -> Arc<Pool> {
-        Arc::new(Pool::new(PoolConfig { threads, queue, small_bytes: 10 }).unwrap())
+        let config = PoolConfig { threads, queue, small_bytes: 10 };
+        Arc::new(Pool::new(config, KeyShare(0.5)).unwrap())
     }
 
     #[tokio::test]
@@ -243,12 +280,28 @@ mod tests {
     #[tokio::test]
     async fn a_full_queue_refuses_at_once_and_takes_again_when_a_place_is_free() {
         let pool = pool(1, 2);
-        let first = pool.admit().unwrap();
-        let _second = pool.admit().unwrap();
-        assert_eq!(pool.admit().unwrap_err(), Overloaded::Queue { limit: 2 });
+        let first = pool.admit(None).unwrap();
+        let _second = pool.admit(None).unwrap();
+        assert_eq!(pool.admit(None).unwrap_err(), Overloaded::Queue { limit: 2 });
         assert_eq!(pool.queued(), 2);
         pool.run(Some(first), Lane::Large, || ()).await.unwrap();
-        assert!(pool.admit().is_ok());
+        assert!(pool.admit(None).is_ok());
+    }
+
+    #[tokio::test]
+    async fn a_key_takes_its_share_of_the_queue_and_leaves_the_rest() {
+        let pool = pool(1, 4);
+        let places = [(); 2].map(|()| pool.admit(Some("a")).unwrap());
+        assert_eq!(pool.admit(Some("a")).unwrap_err(), Overloaded::KeyQueue { limit: 2 });
+        let _others = [pool.admit(Some("b")).unwrap(), pool.admit(None).unwrap()];
+        assert_eq!(pool.admit(Some("b")).unwrap_err(), Overloaded::Queue { limit: 4 });
+        drop(places);
+        assert!(pool.admit(Some("a")).is_ok() && pool.admit(Some("b")).is_ok());
+    }
+
+    #[tokio::test]
+    async fn a_queue_may_be_as_long_as_numbers_go() {
+        assert!(pool(1, usize::MAX).admit(None).is_ok());
     }
 
     #[tokio::test]

@@ -3,8 +3,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-/// What a job takes beside its input and its result, as a round figure.
+/// What a job takes beside its input, its result and its texts, as a round figure.
 const RECORD_BYTES: u64 = 2048;
+/// How often a job's texts are in memory: in the job, in the store, and in what finds it.
+const COPIES: u64 = 3;
+/// What a text takes beside its characters.
+const TEXT_BYTES: u64 = 48;
 
 /// Where a job stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
@@ -103,10 +107,45 @@ impl JobRecord {
         }
     }
 
-    /// Bytes the job keeps: its input, for outputs that show the points, its result, and itself, so
-    /// that a great many small jobs have their end too.
+    /// Bytes the job keeps: its input, for outputs that show the points, its result, and itself with
+    /// all its texts, so that a great many small jobs have their end too.
     pub fn kept_bytes(&self) -> u64 {
-        RECORD_BYTES + self.input_bytes + self.result_bytes
+        let texts: u64 = self.texts().map(|text| TEXT_BYTES + text.len() as u64).sum();
+        RECORD_BYTES + COPIES * texts + self.input_bytes + self.result_bytes
+    }
+
+    fn texts(&self) -> impl Iterator<Item = &str> {
+        let idempotency = self.idempotency.iter().flat_map(|i| [&i.key, &i.fingerprint]);
+        let request = self.request.iter().flat_map(|(name, value)| [name, value]);
+        let fault = self.fault.iter().flat_map(|fault| [&fault.code, &fault.detail]);
+        let all = self.owner.iter().chain(idempotency).chain(request).chain(fault);
+        all.map(String::as_str)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_text_of_a_job_counts_in_what_it_keeps() {
+        let mut record = JobRecord::new(Submission::default(), 10);
+        let mut before = record.kept_bytes();
+        let long = || "x".repeat(1000);
+        let mut grows = |record: &JobRecord, by: u64| {
+            assert!(record.kept_bytes() >= before + by);
+            before = record.kept_bytes();
+        };
+        record.result_bytes = 1000;
+        grows(&record, 1000);
+        record.owner = Some(long());
+        grows(&record, 3000);
+        record.idempotency = Some(IdempotencyKey { key: long(), fingerprint: long() });
+        grows(&record, 6000);
+        record.request = vec![(long(), long())];
+        grows(&record, 6000);
+        record.fault = Some(Fault { code: long(), detail: long() });
+        grows(&record, 6000);
     }
 }
 

@@ -8,14 +8,39 @@ use uuid::Uuid;
 use super::{Job, JobRecord, SubmitError};
 
 /// The jobs of a book, found by id and by their owner's idempotency key, and the ended ones in the
-/// order in which they are forgotten. Every call takes the time of a look-up, however many there are.
+/// order in which they are forgotten. Every call takes the time of a look-up, or of one a key, however
+/// many jobs there are.
 #[derive(Debug, Default)]
 pub struct Register {
     by_id: HashMap<Uuid, Arc<Job>>,
     by_key: HashMap<(Option<String>, String), Uuid>,
-    // when each ended, and what it keeps
-    ended: BTreeMap<(u64, Uuid), u64>,
+    ended: HashMap<Option<String>, Ended>,
     kept_bytes: u64,
+}
+
+/// The ended jobs of one owner.
+#[derive(Debug, Default)]
+struct Ended {
+    // when each ended, and what it keeps
+    jobs: BTreeMap<(u64, Uuid), u64>,
+    kept_bytes: u64,
+}
+
+impl Ended {
+    fn oldest(&self) -> Option<(u64, Uuid)> {
+        self.jobs.first_key_value().map(|(&oldest, _)| oldest)
+    }
+}
+
+/// What is kept of ended jobs.
+#[derive(Clone, Copy, Debug)]
+pub struct Keep {
+    /// Those that ended by this time, in milliseconds since 1970, are not.
+    pub latest_expired_ms: u64,
+    /// Most bytes of all.
+    pub bytes: u64,
+    /// Most bytes of one key's.
+    pub bytes_per_key: u64,
 }
 
 /// The owner and the idempotency key of a job that has one.
@@ -25,11 +50,11 @@ fn key_of(record: &JobRecord) -> Option<(Option<String>, String)> {
 }
 
 impl Register {
-    /// Adds a job.
+    /// Adds a job; an idempotency key stays with the job that has it.
     pub fn add(&mut self, job: Arc<Job>) {
         let record = job.record();
         if let Some(key) = key_of(&record) {
-            self.by_key.insert(key, record.id);
+            self.by_key.entry(key).or_insert(record.id);
         }
         self.by_id.insert(record.id, job);
     }
@@ -37,6 +62,12 @@ impl Register {
     /// The job of that id.
     pub fn get(&self, id: Uuid) -> Option<Arc<Job>> {
         self.by_id.get(&id).map(Arc::clone)
+    }
+
+    /// The names of all jobs.
+    #[cfg(test)]
+    pub fn ids(&self) -> impl Iterator<Item = Uuid> {
+        self.by_id.keys().copied()
     }
 
     /// The job its owner has submitted under the same idempotency key, where there is one.
@@ -60,26 +91,50 @@ impl Register {
         // one that was forgotten while it ended does not come back
         if self.by_id.contains_key(&record.id) {
             let bytes = record.kept_bytes();
-            let before = self.ended.insert((finished, record.id), bytes).unwrap_or(0);
-            self.kept_bytes += bytes - before;
+            let own = self.ended.entry(record.owner.clone()).or_default();
+            let before = own.jobs.insert((finished, record.id), bytes).unwrap_or(0);
+            own.kept_bytes = own.kept_bytes + bytes - before;
+            self.kept_bytes = self.kept_bytes + bytes - before;
         }
     }
 
-    /// Removes a job.
-    pub fn remove(&mut self, id: Uuid) {
-        let Some(record) = self.by_id.remove(&id).map(|job| job.record()) else { return };
-        if let Some(key) = key_of(&record) {
+    /// Removes a job, and returns it where it was there.
+    pub fn remove(&mut self, id: Uuid) -> Option<Arc<Job>> {
+        let job = self.by_id.remove(&id)?;
+        let record = job.record();
+        if let Some(key) = key_of(&record).filter(|key| self.by_key.get(key) == Some(&id)) {
             self.by_key.remove(&key);
         }
-        let ended = record.finished_ms.and_then(|finished| self.ended.remove(&(finished, id)));
-        self.kept_bytes -= ended.unwrap_or(0);
+        self.forget_end(&record);
+        Some(job)
     }
 
-    /// The job that is to be forgotten next: one that ended by `latest_ms`, or the oldest where more
-    /// than `most_bytes` are kept.
-    pub fn expired(&self, latest_ms: u64, most_bytes: u64) -> Option<Uuid> {
-        let (&(finished, id), _) = self.ended.first_key_value()?;
-        (finished <= latest_ms || self.kept_bytes > most_bytes).then_some(id)
+    fn forget_end(&mut self, record: &JobRecord) {
+        let Some(own) = self.ended.get_mut(&record.owner) else { return };
+        let at = record.finished_ms.map(|finished| (finished, record.id));
+        let bytes = at.and_then(|at| own.jobs.remove(&at)).unwrap_or(0);
+        own.kept_bytes -= bytes;
+        self.kept_bytes -= bytes;
+        if own.jobs.is_empty() {
+            self.ended.remove(&record.owner);
+        }
+    }
+
+    /// The job that is to be forgotten next: one that is too old; the oldest of a key that keeps too
+    /// much, never another's; or, where all together is too much, the oldest of the key that keeps
+    /// most.
+    pub fn expired(&self, keep: &Keep) -> Option<Uuid> {
+        let oldest = self.ended.values().filter_map(Ended::oldest).min();
+        let too_old = oldest.filter(|(finished, _)| *finished <= keep.latest_expired_ms);
+        let over_share = || {
+            let mut named = self.ended.iter().filter(|(owner, _)| owner.is_some());
+            named.find(|(_, own)| own.kept_bytes > keep.bytes_per_key)?.1.oldest()
+        };
+        let too_much = || {
+            let most = self.ended.values().max_by_key(|own| own.kept_bytes)?;
+            if self.kept_bytes > keep.bytes { most.oldest() } else { None }
+        };
+        too_old.or_else(over_share).or_else(too_much).map(|(_, id)| id)
     }
 }
 
@@ -113,22 +168,47 @@ mod tests {
         assert!(register.same(&first.record()).unwrap().is_none() && register.by_key.is_empty());
     }
 
-    #[test]
-    fn ended_jobs_expire_by_time_and_by_bytes_the_oldest_first() {
-        let mut register = Register::default();
-        let jobs = ["1", "2", "3"].map(|key| job("a", key, ""));
-        for (job, finished) in jobs.iter().zip([10, 20, 30]) {
-            let mut record = job.record();
+    /// A register of ended jobs, in the order of their ends.
+    fn ended(owners: &[&str]) -> (Register, Vec<Uuid>, u64) {
+        let (mut register, mut ids, mut each) = (Register::default(), Vec::new(), 0);
+        for (i, owner) in owners.iter().enumerate() {
+            let mut record = job(owner, &i.to_string(), "").record();
+            let finished = 10 * (i as u64 + 1);
             (record.state, record.finished_ms) = (JobState::Succeeded, Some(finished));
             register.add(Job::new(record.clone()));
             register.ended(&record);
+            (each, ids) = (record.kept_bytes(), [ids, vec![record.id]].concat());
         }
-        let each = jobs[0].record().kept_bytes();
-        assert_eq!(register.expired(9, 3 * each), None);
-        assert_eq!(register.expired(10, 3 * each), Some(jobs[0].record().id));
-        assert_eq!(register.expired(0, 3 * each - 1), Some(jobs[0].record().id));
-        register.remove(jobs[0].record().id);
-        assert_eq!(register.expired(10, 2 * each), None);
+        (register, ids, each)
+    }
+
+    fn keep(latest_expired_ms: u64, bytes: u64, bytes_per_key: u64) -> Keep {
+        Keep { latest_expired_ms, bytes, bytes_per_key }
+    }
+
+    #[test]
+    fn ended_jobs_expire_by_time_and_by_bytes_the_oldest_first() {
+        let (mut register, ids, each) = ended(&["a", "a", "a"]);
+        let most = u64::MAX;
+        assert_eq!(register.expired(&keep(9, 3 * each, most)), None);
+        assert_eq!(register.expired(&keep(10, 3 * each, most)), Some(ids[0]));
+        assert_eq!(register.expired(&keep(0, 3 * each - 1, most)), Some(ids[0]));
+        register.remove(ids[0]);
+        assert_eq!(register.expired(&keep(10, 2 * each, most)), None);
         assert_eq!(register.kept_bytes, 2 * each);
+        register.remove(ids[1]);
+        register.remove(ids[2]);
+        assert!(register.kept_bytes == 0 && register.ended.is_empty());
+    }
+
+    #[test]
+    fn a_key_that_keeps_too_much_loses_its_own_oldest_and_never_anothers() {
+        let (mut register, ids, each) = ended(&["a", "b", "b", "b"]);
+        assert_eq!(register.expired(&keep(0, 4 * each, 3 * each)), None);
+        assert_eq!(register.expired(&keep(0, 4 * each, 3 * each - 1)), Some(ids[1]));
+        // of all together it is the key that keeps most that gives way
+        assert_eq!(register.expired(&keep(0, 4 * each - 1, 4 * each)), Some(ids[1]));
+        register.remove(ids[1]);
+        assert_eq!(register.expired(&keep(0, 3 * each, 2 * each)), None);
     }
 }

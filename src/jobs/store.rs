@@ -9,18 +9,44 @@ use uuid::Uuid;
 
 use super::JobRecord;
 
-/// A store that fails.
-#[derive(Debug, thiserror::Error)]
+/// Why a store cannot do what it is asked.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StoreError {
     /// Another process has the database open.
     #[error("the job database is in use by another process")]
     InUse,
-    /// The database fails.
+    /// The disk or its quota is full.
+    #[error("the disk has no room for the job database: {0}")]
+    Full(String),
+    /// The database or its file fails.
     #[error("the job database fails: {0}")]
-    Database(#[from] Box<redb::Error>),
-    /// A record cannot be read or written.
-    #[error("a job record is damaged: {0}")]
-    Record(#[from] serde_json::Error),
+    Failed(String),
+    /// What is kept is not what was written.
+    #[error("the {part} of job {id} is damaged")]
+    Damaged {
+        /// Record, input or result.
+        part: &'static str,
+        /// The job.
+        id: Uuid,
+    },
+    /// What must be there is not.
+    #[error("the {part} of job {id} is missing")]
+    Missing {
+        /// Input or result.
+        part: &'static str,
+        /// The job.
+        id: Uuid,
+    },
+    /// The service ends before there is an answer.
+    #[error("the service is shutting down")]
+    Closed,
+}
+
+impl StoreError {
+    /// Whether the same call may succeed later.
+    pub fn may_pass(&self) -> bool {
+        matches!(self, Self::Full(_) | Self::Failed(_))
+    }
 }
 
 /// Where jobs are kept: their records, inputs and results. Calls may block on a disk.
@@ -30,7 +56,7 @@ pub trait Store: Send + Sync + Debug {
     /// Keeps a new job.
     ///
     /// # Errors
-    /// The store fails; then nothing is kept.
+    /// The store fails; then nothing is kept, or what is kept goes with the next change.
     fn insert(&self, record: &JobRecord, input: Bytes) -> Result<(), StoreError>;
     /// Keeps a job's end and its result, both or neither.
     ///
@@ -42,7 +68,7 @@ pub trait Store: Send + Sync + Debug {
     /// # Errors
     /// The store fails.
     fn remove(&self, id: Uuid) -> Result<(), StoreError>;
-    /// Every job kept, in the order of acceptance.
+    /// Every job kept, in the order of acceptance, without those whose record is damaged.
     ///
     /// # Errors
     /// The store fails.
@@ -50,13 +76,20 @@ pub trait Store: Send + Sync + Debug {
     /// A job's input.
     ///
     /// # Errors
-    /// The store fails.
+    /// The store fails, or the input is not what was written.
     fn input(&self, id: Uuid) -> Result<Option<Bytes>, StoreError>;
     /// A job's result.
     ///
     /// # Errors
-    /// The store fails.
+    /// The store fails, or the result is not what was written.
     fn result(&self, id: Uuid) -> Result<Option<Bytes>, StoreError>;
+    /// Tries whether a job could be kept now.
+    ///
+    /// # Errors
+    /// It could not.
+    fn probe(&self) -> Result<(), StoreError> {
+        Ok(())
+    }
 }
 
 /// Keeps jobs in memory; they end with the process.

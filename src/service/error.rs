@@ -53,6 +53,8 @@ pub enum ErrorKind {
     IdempotencyKeyReused,
     /// Too much work at hand.
     Overloaded,
+    /// One key takes more than its share.
+    QuotaExceeded,
     /// The upload took too long.
     UploadTimeout,
     /// The work took longer than its deadline.
@@ -61,6 +63,12 @@ pub enum ErrorKind {
     Cancelled,
     /// The service is shutting down.
     ShuttingDown,
+    /// The disk that keeps the jobs is full.
+    StorageFull,
+    /// The store of the jobs fails.
+    StorageFailed,
+    /// What the store has of a job is not what was written.
+    StorageDamaged,
     /// A fault of the service.
     Internal,
 }
@@ -140,10 +148,38 @@ pub const ERRORS: &[ErrorRow] = {
             "The idempotency key is taken",
         ),
         row(K::Overloaded, "overloaded", 503, ResourceExhausted, "Too much work at hand"),
+        row(
+            K::QuotaExceeded,
+            "quota_exceeded",
+            429,
+            ResourceExhausted,
+            "This key has its share of what there is",
+        ),
         row(K::UploadTimeout, "upload_timeout", 408, DeadlineExceeded, "The upload was too slow"),
         row(K::DeadlineExceeded, "deadline_exceeded", 504, DeadlineExceeded, "Out of time"),
         row(K::Cancelled, "cancelled", 409, Cancelled, "The work was cancelled"),
         row(K::ShuttingDown, "shutting_down", 503, Unavailable, "The service is shutting down"),
+        row(
+            K::StorageFull,
+            "storage_full",
+            507,
+            ResourceExhausted,
+            "The disk that keeps the jobs is full",
+        ),
+        row(
+            K::StorageFailed,
+            "storage_failed",
+            503,
+            Unavailable,
+            "The jobs cannot be kept or read",
+        ),
+        row(
+            K::StorageDamaged,
+            "storage_damaged",
+            500,
+            DataLoss,
+            "What is kept of the job is damaged",
+        ),
         row(K::Internal, "internal", 500, Internal, "A fault of the service"),
     ]
 };
@@ -187,9 +223,11 @@ impl ServiceError {
     /// Seconds after which the same request may succeed, where waiting helps.
     pub fn retry_after(&self) -> Option<u32> {
         match self.kind {
-            ErrorKind::Overloaded => Some(1),
+            ErrorKind::Overloaded | ErrorKind::QuotaExceeded => Some(1),
             ErrorKind::ShuttingDown => Some(5),
             ErrorKind::JobNotFinished => Some(1),
+            ErrorKind::StorageFull => Some(10),
+            ErrorKind::StorageFailed => Some(5),
             _ => None,
         }
     }
@@ -242,7 +280,11 @@ impl From<SegmentError> for ServiceError {
 
 impl From<Overloaded> for ServiceError {
     fn from(error: Overloaded) -> Self {
-        Self::new(ErrorKind::Overloaded, format!("{error}; try again later"))
+        let kind = match error {
+            Overloaded::KeyQueue { .. } | Overloaded::KeyBytes { .. } => ErrorKind::QuotaExceeded,
+            Overloaded::Queue { .. } | Overloaded::Bytes { .. } => ErrorKind::Overloaded,
+        };
+        Self::new(kind, format!("{error}; try again later"))
     }
 }
 
@@ -273,8 +315,23 @@ impl From<SubmitError> for ServiceError {
 
 impl From<StoreError> for ServiceError {
     fn from(error: StoreError) -> Self {
+        if error == StoreError::Closed {
+            return PoolError::Closed.into();
+        }
         tracing::error!(%error, "the job store failed");
-        Self::new(ErrorKind::Internal, "the job store failed; the request id finds it in the log")
+        match error {
+            StoreError::Full(_) => Self::new(
+                ErrorKind::StorageFull,
+                "the disk that keeps the jobs is full: try again later, or ask without respond-async",
+            ),
+            StoreError::Damaged { .. } | StoreError::Missing { .. } => {
+                Self::new(ErrorKind::StorageDamaged, format!("{error}: submit the cloud again"))
+            }
+            _ => Self::new(
+                ErrorKind::StorageFailed,
+                "the job store fails: try again later; the request id finds it in the log",
+            ),
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
     formats::{self, Format, Limits},
     jobs::{
         BytesHeld, Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError,
-        Runner, Submission,
+        Runner, StoreError, Submission,
         trace::{self, Facts},
     },
 };
@@ -56,6 +56,10 @@ impl Runner for SegmentationRunner {
     }
 
     fn fault(&self, error: &PoolError) -> Fault {
+        fault(&error.clone().into())
+    }
+
+    fn store_fault(&self, error: &StoreError) -> Fault {
         fault(&error.clone().into())
     }
 }

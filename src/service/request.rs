@@ -33,6 +33,11 @@ pub const OPTIONS: &[ParameterSpec] = &[
     },
 ];
 
+/// Longest text of one value: that of the longest 64-bit number, written without an exponent.
+const MAX_VALUE_BYTES: usize = 350;
+/// Longest text of a list: three such numbers.
+const MAX_LIST_BYTES: usize = 3 * MAX_VALUE_BYTES;
+
 /// Every parameter and option a request may have.
 pub fn specs() -> impl Iterator<Item = &'static ParameterSpec> {
     PARAMETERS.iter().chain(OPTIONS)
@@ -96,6 +101,7 @@ impl Request {
     /// The name is unknown, or the value is not one it takes.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), ServiceError> {
         let text = value.trim();
+        check_length(name, text)?;
         match name {
             "format" => {
                 let format = Format::from_extension(text).ok_or_else(|| unknown_format(text))?;
@@ -132,6 +138,20 @@ impl Request {
             self.given.push(("format".to_owned(), format.name().to_owned()));
         }
     }
+}
+
+/// Refuses texts longer than any value needs, which would only be kept.
+fn check_length(name: &str, text: &str) -> Result<(), ServiceError> {
+    let Some(spec) = specs().find(|spec| spec.name == name) else { return Ok(()) };
+    let most = if is_list(spec) { MAX_LIST_BYTES } else { MAX_VALUE_BYTES };
+    if text.len() <= most {
+        return Ok(());
+    }
+    let detail = format!(
+        "parameter '{name}': a text of {} bytes is longer than {most}: write the value shorter",
+        text.len()
+    );
+    Err(ServiceError::new(ErrorKind::InvalidParameter, detail))
 }
 
 fn invalid(name: &str, value: &str) -> ServiceError {
@@ -192,6 +212,23 @@ mod tests {
     #[test]
     fn the_format_list_is_the_formats_there_are() {
         assert_eq!(FORMATS, Format::ALL.map(Format::name));
+    }
+
+    #[test]
+    fn a_value_is_as_long_as_the_longest_number_and_no_longer() {
+        let number = |length: usize| format!("1.{}", "0".repeat(length - 2));
+        let set = |name, value: &str| Request::from_pairs([(name, value)]).map_err(|e| e.kind);
+        assert!(set("tolerance", &number(MAX_VALUE_BYTES)).is_ok());
+        let long = set("tolerance", &number(MAX_VALUE_BYTES + 1));
+        assert_eq!(long, Err(ErrorKind::InvalidParameter));
+        let list = |length: usize| format!("0,0,{}", number(length - 4));
+        assert!(set("axis_direction", &list(MAX_LIST_BYTES)).is_ok());
+        let long = set("axis_direction", &list(MAX_LIST_BYTES + 1));
+        assert_eq!(long, Err(ErrorKind::InvalidParameter));
+        // numbers come from messages as Rust writes them
+        for number in [f64::MIN_POSITIVE, 2.225_073_858_507_201e-308, 5e-324, -f64::MAX] {
+            assert!(number.to_string().len() <= MAX_VALUE_BYTES);
+        }
     }
 
     #[test]

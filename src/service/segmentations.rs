@@ -11,8 +11,8 @@ use super::{
 use crate::{
     formats::Limits,
     jobs::{
-        Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, MemoryStore, Pool, PoolConfig,
-        Stop, Store, StoreError, trace,
+        Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, KeyShare, MemoryStore, Pool,
+        PoolConfig, Stop, Store, StoreError, trace,
     },
 };
 
@@ -25,6 +25,8 @@ pub struct ServiceConfig {
     pub max_body_bytes: u64,
     /// Bytes of uploads held at one time.
     pub max_bytes_in_flight: u64,
+    /// The part of queue, bytes in flight and kept results that one key may take.
+    pub key_share: KeyShare,
     /// Most points of one cloud.
     pub max_points: usize,
     /// Longest time a segmentation may take, whatever the request says.
@@ -81,8 +83,8 @@ impl Service {
     /// # Errors
     /// The system gives no threads, or the store cannot be used.
     pub fn new(config: ServiceConfig, keys: Option<Keys>) -> Result<Arc<Self>, StartError> {
-        let pool = Arc::new(Pool::new(config.pool)?);
-        let budget = ByteBudget::new(config.max_bytes_in_flight);
+        let pool = Arc::new(Pool::new(config.pool, config.key_share)?);
+        let budget = ByteBudget::new(config.max_bytes_in_flight, config.key_share);
         let limits = Limits { max_points: config.max_points };
         let runner = Arc::new(SegmentationRunner { limits, max_deadline: config.max_deadline });
         let store = open_store(&config)?;
@@ -103,6 +105,11 @@ impl Service {
     /// The jobs.
     pub fn book(&self) -> &Arc<Book> {
         &self.book
+    }
+
+    /// Why the service cannot take jobs now, if it cannot.
+    pub async fn not_ready(&self) -> Option<String> {
+        self.book.probe().await.err().map(|error| error.to_string())
     }
 
     /// Bytes of uploads held now.
@@ -130,7 +137,7 @@ impl Service {
         Ok(caller)
     }
 
-    /// An empty share of the budget for one request.
+    /// An empty share of the budget for one request, yet to be charged to its caller.
     pub fn share(&self) -> BytesHeld {
         self.budget.share()
     }
@@ -140,12 +147,13 @@ impl Service {
         Upload { bytes: Vec::new(), held, limit: self.config.max_body_bytes }
     }
 
-    /// Refuses a caller before its cloud is taken in, where the queue is full already.
+    /// Refuses a caller before its cloud is taken in, where the queue, or this key's share of it, is
+    /// full already.
     ///
     /// # Errors
     /// There is no room.
-    pub fn check_room(&self) -> Result<(), ServiceError> {
-        Ok(self.pool.admit().map(drop)?)
+    pub fn check_room(&self, caller: &Caller) -> Result<(), ServiceError> {
+        Ok(self.pool.admit(caller.as_deref()).map(drop)?)
     }
 
     /// Segments a cloud while the caller waits, and writes the answer by `tell` on the same threads.
@@ -160,7 +168,7 @@ impl Service {
         tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
         trace::note(|facts| facts.bytes = Some(upload.bytes.len()));
-        let place = self.pool.admit()?;
+        let place = self.pool.admit(upload.held.owner().as_deref())?;
         let limits = self.limits();
         let deadline = Instant::now() + self.time_for(&request);
         let control = Control::new(Some(deadline));

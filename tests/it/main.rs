@@ -23,6 +23,7 @@ mod routes;
 mod same_answer;
 mod service;
 mod settings;
+mod storage;
 mod supply;
 mod support;
 mod survival;

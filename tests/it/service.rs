@@ -10,7 +10,7 @@ use super::support::{clouds, conicoid, problem, reason, start};
 #[tokio::test]
 async fn a_full_queue_is_answered_at_once_and_says_when_to_come_back() {
     let running = start(&["--queue=1"]).await;
-    let place = running.service.pool().admit().unwrap();
+    let place = running.service.pool().admit(None).unwrap();
     let refused = running.post("", clouds::xyz(&clouds::cylinder(100))).await;
     assert!(refused.headers().contains_key("retry-after"));
     assert_eq!(problem(refused).await, (503, "overloaded".to_owned()));
