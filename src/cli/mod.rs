@@ -1,6 +1,7 @@
 //! The command line: `serve`, `segment`, `openapi`, `key` and `health`.
 
 mod file;
+mod handles;
 mod health;
 mod key;
 mod logging;

@@ -10,6 +10,7 @@ pub mod message;
 mod representation;
 mod request;
 mod segmentations;
+mod upload;
 
 pub use compute::{Answer, compute, sha256};
 pub use document::{Document, Input, Timing, UnassignedPoints};
@@ -17,4 +18,5 @@ pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
 pub use keys::{Caller, Keys, KeysError};
 pub use representation::Representation;
 pub use request::{OPTIONS, Request, is_list, specs, unknown_format};
-pub use segmentations::{Service, ServiceConfig, StartError, Upload};
+pub use segmentations::{Service, ServiceConfig, StartError};
+pub use upload::{Allowance, Upload};

@@ -22,6 +22,7 @@ mod representations;
 mod same_answer;
 mod service;
 mod settings;
+mod strangers;
 mod support;
 mod survival;
 mod traces;
