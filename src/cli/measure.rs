@@ -1,4 +1,7 @@
-use std::sync::{Arc, OnceLock};
+use std::{
+    sync::{Arc, OnceLock},
+    time::Duration,
+};
 
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 
@@ -10,6 +13,10 @@ use crate::{
 /// Upper ends of the histograms' classes, in seconds: from a small cloud's time to a huge one's.
 const SECONDS: [f64; 14] =
     [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0, 60.0, 300.0];
+
+/// Measured times are put into their classes this often, also where nobody reads them: until then each
+/// of them takes memory.
+const UPKEEP_INTERVAL: Duration = Duration::from_secs(5);
 
 /// The recorder of this process; metrics are one for all services in it.
 fn recorder() -> Option<&'static PrometheusHandle> {
@@ -47,6 +54,10 @@ fn describe() {
         "conicoid_trace_exports_failed_total",
         "Batches of spans that did not reach the collector"
     );
+    describe_counter!(
+        "conicoid_connections_ended_total",
+        "Connections ended because their callers kept the service waiting: too late, or to make room"
+    );
 }
 
 /// Begins to measure; the answer writes all metrics down, with those that are asked for as they are.
@@ -58,4 +69,16 @@ pub fn start(service: Arc<Service>, connections: Connections) -> Gauges {
         metrics::gauge!("conicoid_bytes_in_flight").set(service.bytes_in_flight() as f64);
         recorder.map(PrometheusHandle::render).unwrap_or_default()
     })
+}
+
+/// Keeps the metrics in their place, whether anybody reads them or not.
+pub async fn keep_up() {
+    let mut time = tokio::time::interval(UPKEEP_INTERVAL);
+    loop {
+        time.tick().await;
+        if let Some(recorder) = recorder() {
+            // it walks over all that was measured since
+            let _ = tokio::task::spawn_blocking(|| recorder.run_upkeep()).await;
+        }
+    }
 }

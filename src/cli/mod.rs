@@ -2,6 +2,7 @@
 
 mod environment;
 mod file;
+mod handles;
 mod health;
 mod key;
 mod logging;

@@ -8,7 +8,7 @@ use std::{
 use tokio::{net::TcpListener, signal, task::JoinSet};
 use tokio_util::sync::CancellationToken;
 
-use super::{AnyError, Settings, TlsError, logging, measure, memory, tls, traces::Traces};
+use super::{AnyError, Settings, TlsError, handles, logging, measure, memory, tls, traces::Traces};
 use crate::{
     grpc, http,
     service::{Keys, KeysError, Service, StartError},
@@ -119,16 +119,18 @@ impl Server {
     /// The built-in gRPC descriptor is damaged.
     pub async fn run(self, stop: CancellationToken) -> Result<(), ServeError> {
         let service = self.service;
-        let connections = http::Connections::new(self.settings.max_connections);
+        let most = handles::connections(self.settings.max_connections);
+        let connections = http::Connections::new(most, self.settings.patience());
         let metrics = measure::start(Arc::clone(&service), connections.clone());
         let routes = http::router(Arc::clone(&service), self.settings.http());
         let (calls, health) = grpc::router(Arc::clone(&service), self.settings.grpc()).await?;
         let (http_tls, grpc_tls) = self.tls.unzip();
         // the operators' listener outlives the drain, so that it can tell of it
         let ended = CancellationToken::new();
-        let answers = http::admin_router(stop.clone(), metrics, readiness(&service));
+        let answers =
+            http::admin_router(stop.clone(), connections.clone(), metrics, readiness(&service));
         // and it answers when callers have taken all connections
-        let own = http::Connections::new(self.settings.max_connections);
+        let own = http::Connections::new(handles::OPERATORS, self.settings.patience());
         let admin = tokio::spawn(http::serve(self.admin, answers, None, own, ended.clone()));
         let mut listeners = JoinSet::new();
         for (listener, router, tls) in [(self.http, routes, http_tls), (self.grpc, calls, grpc_tls)]
@@ -137,6 +139,7 @@ impl Server {
             listeners.spawn(http::serve(listener, router, tls, connections, stop));
         }
         let expiry = tokio::spawn(expire(Arc::clone(&service)));
+        let upkeep = tokio::spawn(measure::keep_up());
         let memory = tokio::spawn(memory::give_back_when_idle(Arc::clone(&service)));
         stop.cancelled().await;
         tracing::info!("draining");
@@ -144,6 +147,7 @@ impl Server {
         drain(listeners, &service, self.settings.drain_deadline).await;
         expiry.abort();
         memory.abort();
+        upkeep.abort();
         ended.cancel();
         let _ = tokio::time::timeout(Duration::from_secs(1), admin).await;
         Ok(())

@@ -6,7 +6,7 @@ use clap::{ArgAction, Args, ValueEnum};
 
 use crate::{
     grpc::GrpcConfig,
-    http::HttpConfig,
+    http::{HttpConfig, Patience},
     jobs::{BookConfig, KeyShare, PoolConfig},
     service::ServiceConfig,
 };
@@ -106,8 +106,8 @@ pub struct Settings {
     #[arg(long, env = "CONICOID_SMALL_BYTES", default_value_t = 4 << 20, value_name = "BYTES")]
     pub small_bytes: usize,
 
-    /// Connections of callers that are served at one time, over both interfaces; more wait until one
-    /// ends
+    /// Connections of callers that are served at one time, over both interfaces, as far as file handles
+    /// go; above it the one that has kept the service waiting longest makes room
     #[arg(
         long,
         env = "CONICOID_MAX_CONNECTIONS",
@@ -116,6 +116,34 @@ pub struct Settings {
         value_parser = number_above_zero
     )]
     pub max_connections: NonZeroUsize,
+    /// Longest time for the first whole head of a request on a new connection
+    #[arg(
+        long,
+        env = "CONICOID_HEAD_TIMEOUT",
+        default_value = "20",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub head_timeout: Duration,
+    /// Longest time a connection may have no request under way, or a body may stand still; pings count
+    /// for nothing
+    #[arg(
+        long,
+        env = "CONICOID_IDLE_TIMEOUT",
+        default_value = "90",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub idle_timeout: Duration,
+    /// Longest time nothing of an answer may be taken
+    #[arg(
+        long,
+        env = "CONICOID_WRITE_TIMEOUT",
+        default_value = "30",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub write_timeout: Duration,
     /// Longest body of a request, after decompression
     #[arg(long, env = "CONICOID_MAX_BODY_BYTES", default_value_t = 512 << 20, value_name = "BYTES")]
     pub max_body_bytes: u64,
@@ -276,6 +304,11 @@ impl Settings {
     /// The settings of the HTTP interface.
     pub fn http(&self) -> HttpConfig {
         HttpConfig { cors_origins: self.cors_origins.clone() }
+    }
+
+    /// How long callers are waited for.
+    pub fn patience(&self) -> Patience {
+        Patience { head: self.head_timeout, idle: self.idle_timeout, write: self.write_timeout }
     }
 
     /// The settings of the gRPC interface.

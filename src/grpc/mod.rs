@@ -1,8 +1,10 @@
 //! The gRPC interface: the services of `conicoid.v1`, health and reflection.
 
 mod context;
+mod frames;
 mod intake;
 mod jobs;
+mod outcome;
 mod segmentations;
 mod status;
 mod timeout;
@@ -62,7 +64,7 @@ pub async fn router(
         .add_service(segmentations)
         .add_service(jobs);
     let calls = routes.routes().into_axum_router();
-    let context = axum::middleware::from_fn_with_state(service, context::wrap);
+    let context = axum::middleware::from_fn_with_state((service, config), context::wrap);
     Ok((calls.layer(context), health))
 }
 

@@ -39,10 +39,12 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         let caller = caller(&self.service, &call)?;
         let timeout = grpc_timeout(call.metadata());
         let mut upload = upload(&self.service, &call, &caller)?;
-        let message = call.into_inner();
+        let mut message = call.into_inner();
+        let cloud = std::mem::take(&mut message.cloud);
         let mut request = request_from_message(&message)?;
         request.shorten_deadline(timeout);
-        upload.push(&message.cloud)?;
+        // nobody else has these bytes, so they stay where they are
+        upload.put(cloud.into())?;
         self.answer(upload, request).await
     }
 

@@ -1,15 +1,20 @@
 use axum::{
-    body::{Body, BodyDataStream},
+    body::BodyDataStream,
     extract::{FromRequest, Multipart, Request as HttpRequest, multipart::Field},
     http::{HeaderMap, header},
 };
 use futures::StreamExt;
 use serde_json::Value;
 
-use super::form::Pairs;
+use super::{
+    encoding::Unpacks,
+    form::Pairs,
+    meter::{Meter, metered},
+};
 
 use crate::{
     formats::Format,
+    jobs::BytesHeld,
     service::{Caller, ErrorKind, Request, Service, ServiceError, Upload, unknown_format},
 };
 
@@ -30,11 +35,12 @@ pub async fn read(
     service.check_room(&caller)?;
     let mut upload = service.upload(service.share());
     upload.held().charge(caller.as_deref())?;
+    let window = message.extensions().get::<Unpacks>().map(|_| service.share());
     let reading = async {
         if media_type(message.headers()).is_some_and(|t| t.starts_with("multipart/form-data")) {
-            multipart(message, request, &mut upload).await
+            multipart(message, request, &mut upload, window).await
         } else {
-            raw(message, request, &mut upload).await
+            raw(message, request, &mut upload, window).await
         }
     };
     let limit = service.config().upload_timeout;
@@ -50,6 +56,7 @@ async fn raw(
     message: HttpRequest,
     request: &mut Request,
     upload: &mut Upload,
+    window: Option<BytesHeld>,
 ) -> Result<(), ServiceError> {
     if request.format.is_none() {
         request.set_format(media_type(message.headers()).map_or(Ok(None), format_of)?);
@@ -57,10 +64,12 @@ async fn raw(
     let sent_as = media_type(message.headers()).map(str::to_owned);
     let announced = message.headers().get(header::CONTENT_LENGTH);
     let announced = announced.and_then(|length| length.to_str().ok()?.parse().ok());
-    upload.expect(announced.unwrap_or(0))?;
+    upload.announce(announced.unwrap_or(0))?;
+    let mut meter = Meter::new(upload.allowance(), window);
     let mut chunks: BodyDataStream = message.into_body().into_data_stream();
     while let Some(chunk) = chunks.next().await {
         let chunk = chunk.map_err(|e| malformed(&format!("the body broke off: {e}")))?;
+        meter.count(chunk.len())?;
         upload.push(&chunk)?;
     }
     if is_unbroken(sent_as.as_deref(), upload.bytes()) {
@@ -99,15 +108,21 @@ async fn multipart(
     message: HttpRequest,
     request: &mut Request,
     upload: &mut Upload,
+    window: Option<BytesHeld>,
 ) -> Result<(), ServiceError> {
-    let broken =
-        |e: &dyn std::fmt::Display| malformed(&format!("the multipart body is broken: {e}"));
-    let message = message.map(Body::new);
+    let announced = message.headers().get(header::CONTENT_LENGTH);
+    let announced = announced.and_then(|length| length.to_str().ok()?.parse().ok());
+    upload.allowance().check(announced.unwrap_or(0))?;
+    let (message, gauge) = metered(message, Meter::new(upload.allowance(), window));
+    let broken = |e: &dyn std::fmt::Display| {
+        gauge.refused().unwrap_or_else(|| malformed(&format!("the multipart body is broken: {e}")))
+    };
     let mut parts = Multipart::from_request(message, &()).await.map_err(|e| broken(&e))?;
     // a parameter stands once, here or in the query
     let mut given: Vec<String> = request.given.iter().map(|(name, _)| name.clone()).collect();
     let mut clouds = 0;
     while let Some(mut part) = parts.next_field().await.map_err(|e| broken(&e))? {
+        gauge.used();
         match part.name() {
             Some("cloud") => {
                 clouds += 1;
@@ -115,12 +130,14 @@ async fn multipart(
                     request.set_format(format_of_part(&part)?);
                 }
                 while let Some(chunk) = part.chunk().await.map_err(|e| broken(&e))? {
+                    gauge.used();
                     upload.push(&chunk)?;
                 }
             }
             Some("parameters") => {
                 let mut text = Vec::new();
                 while let Some(chunk) = part.chunk().await.map_err(|e| broken(&e))? {
+                    gauge.used();
                     text.extend_from_slice(&chunk);
                     if text.len() > MAX_PARAMETERS_BYTES {
                         return Err(malformed("'parameters' has more than 64 KiB"));

@@ -7,8 +7,10 @@ mod body;
 mod context;
 mod encoding;
 mod form;
+mod host;
 mod jobs;
 mod linger;
+mod meter;
 mod openapi;
 mod problem;
 mod segmentations;
@@ -24,6 +26,7 @@ use axum::{
     middleware,
     response::{Html, IntoResponse},
 };
+use bytes::Bytes;
 use tower_http::{
     catch_panic::CatchPanicLayer, cors::CorsLayer, decompression::RequestDecompressionLayer,
 };
@@ -32,7 +35,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 pub use admin::{Gauges, Readiness, admin_router};
 pub use problem::Problem;
-pub use server::{Connections, Tls, serve};
+pub use server::{Connections, Patience, Tls, serve};
 
 use crate::service::Service;
 
@@ -47,8 +50,8 @@ pub struct HttpConfig {
 #[derive(Clone, Debug)]
 pub struct App {
     service: Arc<Service>,
-    /// The OpenAPI document, as it is sent.
-    openapi: Arc<str>,
+    /// The OpenAPI document, as it is sent: every answer shares these bytes.
+    openapi: Bytes,
 }
 
 /// The HTTP interface of `service`.
@@ -66,6 +69,7 @@ pub fn router(service: Arc<Service>, config: HttpConfig) -> Router {
         .route_layer(middleware::from_fn_with_state(app.clone(), auth::identify))
         .merge(contract)
         .layer(CatchPanicLayer::new())
+        .layer(middleware::from_fn(host::check))
         .layer(middleware::from_fn(linger::read_to_the_end))
         .layer(cors)
         .layer(middleware::from_fn(context::wrap))
@@ -116,7 +120,7 @@ fn cors(origins: &[HeaderValue]) -> CorsLayer {
     )),
 )]
 async fn openapi_json(State(app): State<App>) -> impl IntoResponse {
-    ([(header::CONTENT_TYPE, "application/json")], app.openapi.to_string())
+    ([(header::CONTENT_TYPE, "application/json")], app.openapi)
 }
 
 /// The reference as a page

@@ -31,6 +31,8 @@ pub enum ErrorKind {
     UnsupportedEncoding,
     /// The body does not keep to its Content-Encoding or its multipart form.
     MalformedBody,
+    /// The head of the request does not say which host it is for, or says it twice.
+    MalformedRequest,
     /// No parameter has this name.
     UnknownParameter,
     /// A parameter's value is not one it takes.
@@ -125,6 +127,13 @@ pub const ERRORS: &[ErrorRow] = {
             "The Content-Encoding is not known",
         ),
         row(K::MalformedBody, "malformed_body", 400, InvalidArgument, "The body cannot be read"),
+        row(
+            K::MalformedRequest,
+            "malformed_request",
+            400,
+            InvalidArgument,
+            "The head of the request cannot be taken",
+        ),
         row(K::UnknownParameter, "unknown_parameter", 400, InvalidArgument, "Unknown parameter"),
         row(K::InvalidParameter, "invalid_parameter", 400, InvalidArgument, "Invalid parameter"),
         row(K::NotAcceptable, "not_acceptable", 406, InvalidArgument, "No such representation"),

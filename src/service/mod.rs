@@ -13,6 +13,7 @@ mod request;
 mod request_id;
 mod reread;
 mod segmentations;
+mod upload;
 
 pub use compute::{Answer, compute, sha256};
 pub use document::{Document, Input, Timing, UnassignedPoints};
@@ -23,4 +24,5 @@ pub use representation::Representation;
 pub use request::{OPTIONS, Request, is_list, specs, unknown_format};
 pub use request_id::request_id;
 pub use reread::Reread;
-pub use segmentations::{Service, ServiceConfig, StartError, Upload};
+pub use segmentations::{Service, ServiceConfig, StartError};
+pub use upload::{Allowance, Upload};

@@ -5,8 +5,8 @@ use std::{
 };
 
 use super::{
-    Answer, Caller, ErrorKind, Keys, Peer, Request, ServiceError, compute,
-    jobs::SegmentationRunner, keys,
+    Answer, Caller, Keys, Peer, Request, ServiceError, Upload, compute, jobs::SegmentationRunner,
+    keys,
 };
 use crate::{
     formats::Limits,
@@ -144,7 +144,7 @@ impl Service {
 
     /// Begins to take in a cloud, whose bytes `held` counts.
     pub fn upload(&self, held: BytesHeld) -> Upload {
-        Upload { bytes: Vec::new(), held, limit: self.config.max_body_bytes }
+        Upload::new(held, self.config.max_body_bytes)
     }
 
     /// Refuses a caller before its cloud is taken in, where the queue, or this key's share of it, is
@@ -167,15 +167,15 @@ impl Service {
         request: Request,
         tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
-        trace::note(|facts| facts.bytes = Some(upload.bytes.len()));
-        let place = self.pool.admit(upload.held.owner().as_deref())?;
+        trace::note(|facts| facts.bytes = Some(upload.bytes().len()));
+        let place = self.pool.admit(upload.held().owner().as_deref())?;
         let limits = self.limits();
         let deadline = Instant::now() + self.time_for(&request);
         let control = Control::new(Some(deadline));
         let guard = control.cancel_on_drop();
-        let lane = self.pool.lane(upload.bytes.len());
+        let lane = self.pool.lane(upload.bytes().len());
         let work = move || {
-            let answer = compute(&upload.bytes, &request, &limits, &control)?;
+            let answer = compute(upload.bytes(), &request, &limits, &control)?;
             let cloud = Arc::clone(&answer.cloud);
             let told = tell(answer, request.labels);
             // the system takes milliseconds to take large clouds back, and the caller need not wait
@@ -203,57 +203,4 @@ fn open_store(config: &ServiceConfig) -> Result<Arc<dyn Store>, StartError> {
         StoreError::InUse => StartError::DirectoryInUse(path.clone()),
         other => other.into(),
     })?))
-}
-
-/// A cloud coming in: its bytes, counted against the budget of all requests.
-#[derive(Debug)]
-pub struct Upload {
-    bytes: Vec<u8>,
-    held: BytesHeld,
-    limit: u64,
-}
-
-impl Upload {
-    /// Makes sure that `bytes` more would be taken, and takes them from the budget.
-    ///
-    /// # Errors
-    /// The upload would be over its limit, or the budget is used up.
-    pub fn expect(&mut self, bytes: u64) -> Result<(), ServiceError> {
-        let total = (self.bytes.len() as u64).saturating_add(bytes);
-        if total > self.limit {
-            return Err(ServiceError::new(
-                ErrorKind::BodyTooLarge,
-                format!("the body has more than {} bytes: thin the cloud out", self.limit),
-            ));
-        }
-        self.held.grow_to(total)?;
-        // what is announced is in the budget, so it may be reserved; it is not touched before it comes
-        self.bytes.reserve(usize::try_from(bytes).unwrap_or_default());
-        Ok(())
-    }
-
-    /// Adds the next bytes.
-    ///
-    /// # Errors
-    /// The upload is over its limit, or the budget is used up.
-    pub fn push(&mut self, chunk: &[u8]) -> Result<(), ServiceError> {
-        self.expect(chunk.len() as u64)?;
-        self.bytes.extend_from_slice(chunk);
-        Ok(())
-    }
-
-    /// The bytes that have come.
-    pub fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
-    /// The share of the budget its bytes hold.
-    pub fn held(&self) -> &BytesHeld {
-        &self.held
-    }
-
-    /// The bytes, and the budget they hold.
-    pub fn into_parts(self) -> (Vec<u8>, BytesHeld) {
-        (self.bytes, self.held)
-    }
 }

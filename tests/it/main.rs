@@ -24,6 +24,7 @@ mod same_answer;
 mod service;
 mod settings;
 mod storage;
+mod strangers;
 mod supply;
 mod support;
 mod survival;

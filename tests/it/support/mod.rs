@@ -3,6 +3,7 @@
 pub mod clouds;
 #[path = "../../clouds/mod.rs"]
 pub mod truth;
+pub mod wire;
 
 use std::{io::Write, path::Path, sync::Arc};
 

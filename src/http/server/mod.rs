@@ -1,15 +1,19 @@
-use std::{io, num::NonZeroUsize, sync::Arc, time::Duration};
+//! Connections: how they are accepted, how many there are, and how long their callers are waited for.
+
+mod connections;
+mod exchange;
+mod line;
+
+use std::{io, sync::Arc, time::Duration};
 
 use axum::{Extension, Router};
 use hyper_util::{
     rt::{TokioExecutor, TokioIo, TokioTimer},
     server::{conn::auto::Builder, graceful::GracefulShutdown},
-    service::TowerToHyperService,
 };
 use tokio::{
     io::{AsyncRead, AsyncWrite},
     net::{TcpListener, TcpStream},
-    sync::{OwnedSemaphorePermit, Semaphore},
 };
 use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::{TlsAcceptor, server::TlsStream};
@@ -18,51 +22,24 @@ use tokio_util::sync::CancellationToken;
 use super::seldom::Seldom;
 use crate::service::Peer;
 
-/// Bytes read ahead or written behind on one connection: hundreds of uploads come in at a time when the
-/// service is overloaded, and what they read ahead counts against no budget.
+pub use connections::{Connections, Patience};
+
+use connections::Place;
+use exchange::Exchanges;
+use line::Line;
+
+/// Bytes read ahead or written behind on one connection, and on one HTTP/2 stream: hundreds of uploads come
+/// in at a time when the service is overloaded, and what they read ahead counts against no budget.
 const BUFFER: usize = 64 << 10;
 /// Longest time for a TLS handshake.
 const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
-/// By this time the head of an HTTP/1 connection's next request must have come. It is longer than callers
-/// and proxies usually keep a silent connection, so that it is they who close it.
-const HEAD_TIMEOUT: Duration = Duration::from_secs(90);
-/// Longest time a connection may take no byte of an answer.
-const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
 /// A silent HTTP/2 connection is asked this often whether it lives.
 const PING_INTERVAL: Duration = Duration::from_secs(20);
+/// Requests under way at one time on one HTTP/2 connection. One whose answer is not taken keeps some 4 kB,
+/// and connections are counted with 0.13 MB each.
+const STREAMS: u32 = 32;
 /// The pause after the system gave no connection, for example for want of file handles.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
-
-/// The connections that are served at one time, over all listeners that share these.
-///
-/// One more waits until another ends: it is accepted, but nothing of it is read.
-#[derive(Clone, Debug)]
-pub struct Connections {
-    places: Arc<Semaphore>,
-    most: usize,
-}
-
-impl Connections {
-    /// Room for `most` connections.
-    pub fn new(most: NonZeroUsize) -> Self {
-        let most = most.get().min(Semaphore::MAX_PERMITS);
-        Self { places: Arc::new(Semaphore::new(most)), most }
-    }
-
-    /// Connections served now.
-    pub fn open(&self) -> usize {
-        self.most - self.places.available_permits()
-    }
-
-    /// Waits for room, which is given back when the place is dropped.
-    async fn place(&self) -> Option<OwnedSemaphorePermit> {
-        if self.places.available_permits() == 0 {
-            metrics::counter!("conicoid_connections_delayed_total").increment(1);
-        }
-        // places are never closed, so there is always one in the end
-        Arc::clone(&self.places).acquire_owned().await.ok()
-    }
-}
 
 /// What speaks TLS with the next connection: the files behind it may have changed since the last.
 pub type Tls = Arc<dyn Fn() -> TlsAcceptor + Send + Sync>;
@@ -82,6 +59,8 @@ pub async fn serve(
         let (stream, _) = listener.accept().await?;
         io::Result::Ok((stream, connections.place().await))
     };
+    // the system is asked again and again; the log is told once
+    let mut refused = false;
     loop {
         let accepted = tokio::select! {
             accepted = next() => accepted,
@@ -89,14 +68,16 @@ pub async fn serve(
         };
         match accepted {
             Ok((stream, place)) => {
+                refused = false;
                 let (router, tls, watcher) = (router.clone(), tls.clone(), under_way.watcher());
-                tokio::spawn(async move {
-                    connection(stream, router, tls, watcher).await;
-                    drop(place);
-                });
+                tokio::spawn(connection(stream, router, tls, watcher, place));
             }
             Err(error) => {
-                tracing::warn!(%error, "no connection could be accepted");
+                if !std::mem::replace(&mut refused, true) {
+                    tracing::warn!(%error, "no connection can be accepted");
+                }
+                // their handles may be what is missing
+                connections.end_longest();
                 tokio::time::sleep(ACCEPT_PAUSE).await;
             }
         }
@@ -107,21 +88,34 @@ pub async fn serve(
 
 type Watcher = hyper_util::server::graceful::Watcher;
 
-async fn connection(stream: TcpStream, router: Router, tls: Option<Tls>, watch: Watcher) {
+/// Serves one connection until it ends or its caller has kept the service waiting for too long.
+async fn connection(
+    stream: TcpStream,
+    router: Router,
+    tls: Option<Tls>,
+    watch: Watcher,
+    place: Place,
+) {
     // answers are written whole, so waiting to fill packets only costs time
     let _ = stream.set_nodelay(true);
-    let served = match tls {
-        None => exchange(stream, router, watch).await,
-        Some(tls) => match handshake(stream, tls()).await {
-            Some(stream) => {
-                let router = identified(router, &stream);
-                exchange(stream, router, watch).await
-            }
-            None => return,
-        },
+    let (line, patience) = (Arc::clone(&place.line), *place.patience());
+    let served = async {
+        match tls {
+            None => exchange(stream, router, watch, &line, &patience).await,
+            Some(tls) => match handshake(stream, tls()).await {
+                Some(stream) => {
+                    let router = identified(router, &stream);
+                    exchange(stream, router, watch, &line, &patience).await
+                }
+                None => Ok(()),
+            },
+        }
     };
-    if let Err(error) = served {
-        tracing::debug!(%error, "a connection broke off");
+    tokio::select! {
+        served = served => if let Err(error) = served {
+            tracing::debug!(%error, "a connection broke off");
+        },
+        () = line.overdue(&patience) => tracing::debug!("a connection kept the service waiting"),
     }
 }
 
@@ -160,14 +154,18 @@ async fn exchange(
     stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
     router: Router,
     watch: Watcher,
+    line: &Arc<Line>,
+    patience: &Patience,
 ) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
     let mut builder = Builder::new(TokioExecutor::new());
-    let http1 = &mut builder.http1();
-    http1.timer(TokioTimer::new()).header_read_timeout(HEAD_TIMEOUT).max_buf_size(BUFFER);
-    builder.http2().timer(TokioTimer::new()).keep_alive_interval(PING_INTERVAL);
+    // the line knows when a head is late
+    builder.http1().timer(TokioTimer::new()).header_read_timeout(None).max_buf_size(BUFFER);
+    let http2 = &mut builder.http2();
+    http2.timer(TokioTimer::new()).keep_alive_interval(PING_INTERVAL);
+    http2.max_concurrent_streams(STREAMS).max_send_buf_size(BUFFER);
     let mut stream = TimeoutStream::new(stream);
-    stream.set_write_timeout(Some(WRITE_TIMEOUT));
-    let service = TowerToHyperService::new(router);
+    stream.set_write_timeout(Some(patience.write));
+    let service = Exchanges::new(router, Arc::clone(line), patience.write / 3);
     let connection = builder.serve_connection(TokioIo::new(Box::pin(stream)), service);
     let connection = connection.into_owned();
     watch.watch(connection).await
