@@ -136,7 +136,7 @@ impl Book {
 
     /// Sees a job through: waits for its turn, runs it and writes down its end.
     async fn drive(self: Arc<Self>, job: Arc<Job>, place: Option<Place>, held: Option<BytesHeld>) {
-        let lane = self.pool.lane(usize::try_from(job.record().input_bytes).unwrap_or(usize::MAX));
+        let lane = self.pool.lane(job.record().size());
         let work = {
             let (book, job) = (Arc::clone(&self), Arc::clone(&job));
             move || book.run(&job)

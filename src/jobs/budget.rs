@@ -22,6 +22,8 @@ pub struct BytesHeld(Arc<Share>);
 struct Share {
     bytes: Mutex<u64>,
     budget: ByteBudget,
+    /// Shares of the same request that are given back with this one.
+    _others: Vec<BytesHeld>,
 }
 
 impl ByteBudget {
@@ -35,9 +37,14 @@ impl ByteBudget {
         self.held.load(Ordering::Relaxed)
     }
 
+    /// The most there may be held.
+    pub fn limit(&self) -> u64 {
+        self.limit
+    }
+
     /// An empty share, to grow as an upload comes in.
     pub fn share(&self) -> BytesHeld {
-        BytesHeld(Arc::new(Share { bytes: Mutex::new(0), budget: self.clone() }))
+        BytesHeld(Arc::new(Share { bytes: Mutex::new(0), budget: self.clone(), _others: vec![] }))
     }
 }
 
@@ -56,6 +63,12 @@ impl BytesHeld {
         grown.map_err(|_| Overloaded::Bytes { limit: budget.limit })?;
         *taken += more;
         Ok(())
+    }
+
+    /// This share and another one, given back together.
+    pub fn and(self, other: Self) -> Self {
+        let (bytes, budget) = (Mutex::new(0), self.0.budget.clone());
+        Self(Arc::new(Share { bytes, budget, _others: vec![self, other] }))
     }
 
     /// `bytes` that hold the share until the last of them is dropped: sent, as a rule.
@@ -96,6 +109,17 @@ mod tests {
         drop(a);
         assert_eq!(budget.held(), 4);
         assert!(b.grow_to(10).is_ok() && b.grow_to(11).is_err());
+    }
+
+    #[test]
+    fn joined_shares_are_given_back_together() {
+        let budget = ByteBudget::new(10);
+        let (a, b) = (budget.share(), budget.share());
+        assert!(a.grow_to(6).is_ok() && b.grow_to(3).is_ok());
+        let both = a.and(b);
+        assert_eq!(budget.held(), 9);
+        drop(both);
+        assert_eq!(budget.held(), 0);
     }
 
     #[test]

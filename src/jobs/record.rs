@@ -60,6 +60,9 @@ pub struct JobRecord {
     pub request: Vec<(String, String)>,
     /// Length of its input.
     pub input_bytes: u64,
+    /// How many points its input announces; 0 in records of versions that did not look.
+    #[serde(default)]
+    pub points: u64,
     /// Where it stands.
     pub state: JobState,
     /// When it was accepted, in milliseconds since 1970.
@@ -83,6 +86,8 @@ pub struct Submission {
     pub idempotency: Option<IdempotencyKey>,
     /// The request, as names and text.
     pub request: Vec<(String, String)>,
+    /// How many points its cloud announces.
+    pub points: u64,
 }
 
 impl JobRecord {
@@ -94,6 +99,7 @@ impl JobRecord {
             idempotency: submission.idempotency,
             request: submission.request,
             input_bytes,
+            points: submission.points,
             state: JobState::Queued,
             created_ms: now_ms(),
             started_ms: None,
@@ -101,6 +107,11 @@ impl JobRecord {
             result_bytes: 0,
             fault: None,
         }
+    }
+
+    /// How large its cloud is, in points; in bytes where nobody has counted them.
+    pub fn size(&self) -> u64 {
+        if self.points == 0 { self.input_bytes } else { self.points }
     }
 
     /// Bytes the job keeps: its input, for outputs that show the points, its result, and itself, so

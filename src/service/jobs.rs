@@ -69,13 +69,16 @@ impl Service {
         upload: Upload,
         request: Request,
     ) -> Result<(Arc<Job>, bool), ServiceError> {
-        let (bytes, held) = upload.into_parts();
-        if bytes.is_empty() {
+        if upload.bytes().is_empty() {
             return Err(formats::FormatError::Empty.into());
         }
-        let idempotency = key.map(|key| idempotency_key(key, &request, &bytes)).transpose()?;
-        let submission = Submission { owner: caller, idempotency, request: request.given };
-        Ok(self.book().submit(submission, bytes.into(), held).await?)
+        let idempotency =
+            key.map(|key| idempotency_key(key, &request, upload.bytes())).transpose()?;
+        // taken now: a job that is accepted has the room it needs
+        let (upload, points, room) = self.announced(upload, &request).await?;
+        let (bytes, held) = upload.into_parts();
+        let submission = Submission { owner: caller, idempotency, request: request.given, points };
+        Ok(self.book().submit(submission, bytes.into(), held.and(room)).await?)
     }
 
     /// The job of that name.
@@ -134,7 +137,8 @@ impl Service {
         let (result, request) = self.kept_result(caller, id, held).await?;
         let record = self.job(caller, id)?.record();
         let input = if with_cloud {
-            held.grow_to(record.result_bytes + record.input_bytes)?;
+            let decoded = record.points.saturating_mul(formats::BYTES_PER_POINT);
+            held.grow_to(record.result_bytes + record.input_bytes + decoded)?;
             Some(self.book().input(record.id).await?.ok_or_else(|| expired(id))?)
         } else {
             None
@@ -142,7 +146,7 @@ impl Service {
         let limits = self.limits();
         let write = move || {
             let document: Document = serde_json::from_slice(&result)?;
-            let cloud = input.map(|bytes| formats::read(&bytes, request.format, &limits));
+            let cloud = input.map(|bytes| formats::read(&bytes, request.hints(), &limits));
             let cloud = cloud.transpose()?.unwrap_or_default();
             tell(Answer { document, cloud: Arc::new(cloud) }, request.labels)
         };

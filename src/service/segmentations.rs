@@ -8,10 +8,10 @@ use super::{
     Answer, Caller, ErrorKind, Keys, Request, ServiceError, compute, jobs::SegmentationRunner, keys,
 };
 use crate::{
-    formats::Limits,
+    formats::{self, Limits},
     jobs::{
         Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, MemoryStore, Pool, PoolConfig,
-        Stop, Store, StoreError,
+        PoolError, Stop, Store, StoreError,
     },
 };
 
@@ -156,13 +156,14 @@ impl Service {
         let deadline = Instant::now() + self.time_for(&request);
         let control = Control::new(Some(deadline));
         let guard = control.cancel_on_drop();
-        let lane = self.pool.lane(upload.bytes.len());
+        let (upload, points, room) = self.announced(upload, &request).await?;
+        let lane = self.pool.lane(points);
         let work = move || {
             let answer = compute(&upload.bytes, &request, &limits, &control)?;
             let cloud = Arc::clone(&answer.cloud);
             let told = tell(answer, request.labels);
             // the system takes milliseconds to take large clouds back, and the caller need not wait
-            rayon::spawn(move || drop((upload, cloud)));
+            rayon::spawn(move || drop((upload, cloud, room)));
             told
         };
         let run = self.pool.run(Some(place), lane, work);
@@ -170,6 +171,40 @@ impl Service {
         let done = done.map_err(|_| ServiceError::from(Stop::Deadline))?;
         guard.release();
         done?
+    }
+
+    /// How many points an upload announces, and room for them in the budget: they will stand beside its
+    /// bytes while the cloud is at work.
+    ///
+    /// # Errors
+    /// They are more than a cloud may have, or there is no room.
+    pub(super) async fn announced(
+        &self,
+        upload: Upload,
+        request: &Request,
+    ) -> Result<(Upload, u64, BytesHeld), ServiceError> {
+        let hints = request.hints();
+        // counting the lines of a large text takes a while
+        let look = move || (formats::announced_points(&upload.bytes, hints), upload);
+        let looked = tokio::task::spawn_blocking(look).await;
+        let (announced, upload) = looked.map_err(|_| ServiceError::from(PoolError::Closed))?;
+        // a text may have lines that are no points: the reader counts those that are
+        let points = announced.min(self.limits().max_points as u64);
+        let decoded = points.saturating_mul(formats::BYTES_PER_POINT);
+        let all = decoded.saturating_add(upload.bytes.len() as u64);
+        if all > self.budget.limit() {
+            let limit = self.budget.limit();
+            return Err(ServiceError::new(
+                ErrorKind::TooManyPoints,
+                format!(
+                    "the cloud with up to {points} points takes {all} bytes and all clouds together \
+                     may take {limit}: thin it out, or raise max_bytes_in_flight"
+                ),
+            ));
+        }
+        let room = self.share();
+        room.grow_to(decoded)?;
+        Ok((upload, points, room))
     }
 
     fn time_for(&self, request: &Request) -> Duration {
