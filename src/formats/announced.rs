@@ -22,6 +22,14 @@ pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
     most.unwrap_or_else(|_: FormatError| 0)
 }
 
+/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy.
+pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
+    match hints.into().format.or_else(|| Format::detect(bytes)) {
+        Some(Format::Las) => bytes.len() as u64,
+        _ => 0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -25,7 +25,7 @@ mod text;
 mod write;
 mod xyz;
 
-pub use announced::{BYTES_PER_POINT, announced_points};
+pub use announced::{BYTES_PER_POINT, announced_points, bytes_beside};
 pub use bounds::{Bounds, Limits, Watched};
 pub use error::FormatError;
 pub use format::Format;

@@ -3,7 +3,7 @@
 //! A corner comes again in every triangle that meets there. A cloud with each point six times would
 //! mislead every count, so equal corners become one point, in the order of their first appearance.
 
-use std::collections::{HashMap, hash_map::Entry};
+use std::hash::{BuildHasher, RandomState};
 
 use super::{
     Bounds, Format, FormatError, format::is_binary_stl, memory::room_for, mesh::Triangles,
@@ -53,7 +53,7 @@ fn truncated(announced: u64, found: u64) -> FormatError {
 #[derive(Default)]
 struct Corners {
     points: Vec<Vec3>,
-    places: HashMap<[u64; 3], u32>,
+    places: Places,
     triangles: Triangles,
 }
 
@@ -70,17 +70,59 @@ impl Corners {
     }
 
     fn place(&mut self, corner: Vec3, limits: &dyn Bounds) -> Result<u32, FormatError> {
-        // adding zero makes -0 and 0 one
-        match self.places.entry(corner.map(|x| (x + 0.0).to_bits()).into()) {
-            Entry::Occupied(known) => Ok(*known.get()),
-            Entry::Vacant(new) => {
-                limits.check(self.points.len() as u64 + 1)?;
-                self.points.push(corner);
-                // the limit is below 2^32 points
-                Ok(*new.insert(self.points.len() as u32 - 1))
-            }
+        self.places.make_room(&self.points)?;
+        let slot = self.places.slot(&corner, &self.points);
+        if *slot == FREE {
+            limits.check(self.points.len() as u64 + 1)?;
+            // the limit is below 2^32 points
+            *slot = self.points.len() as u32;
+            self.points.push(corner);
         }
+        Ok(*slot)
     }
+}
+
+/// The mark of a slot without a corner.
+const FREE: u32 = u32::MAX;
+
+/// Where each corner stands among the points: a hash table of places alone, for a map with the corners
+/// themselves would take four times as much memory as the points.
+#[derive(Default)]
+struct Places {
+    slots: Vec<u32>,
+    hash: RandomState,
+}
+
+impl Places {
+    /// Makes sure that one corner more leaves half of the slots free.
+    fn make_room(&mut self, points: &[Vec3]) -> Result<(), FormatError> {
+        if self.slots.len() > 2 * points.len() {
+            return Ok(());
+        }
+        let len = (4 * points.len()).max(1 << 10).next_power_of_two();
+        self.slots = Vec::new();
+        self.slots = room_for(len as u64)?;
+        self.slots.resize(len, FREE);
+        for (place, corner) in (0..).zip(points) {
+            *self.slot(corner, points) = place;
+        }
+        Ok(())
+    }
+
+    /// The slot of a corner, or the free one where it belongs.
+    fn slot(&mut self, corner: &Vec3, points: &[Vec3]) -> &mut u32 {
+        let mask = self.slots.len() - 1;
+        let mut at = self.hash.hash_one(key(corner)) as usize & mask;
+        while self.slots[at] != FREE && key(&points[self.slots[at] as usize]) != key(corner) {
+            at = (at + 1) & mask;
+        }
+        &mut self.slots[at]
+    }
+}
+
+/// What two corners at one place have in common; adding zero makes -0 and 0 one.
+fn key(corner: &Vec3) -> [u64; 3] {
+    corner.map(|x| (x + 0.0).to_bits()).into()
 }
 
 fn binary(bytes: &[u8], corners: &mut Corners, limits: &dyn Bounds) -> Result<(), FormatError> {

@@ -185,12 +185,16 @@ impl Service {
     ) -> Result<(Upload, u64, BytesHeld), ServiceError> {
         let hints = request.hints();
         // counting the lines of a large text takes a while
-        let look = move || (formats::announced_points(&upload.bytes, hints), upload);
+        let look = move || {
+            let points = formats::announced_points(&upload.bytes, hints);
+            (points, formats::bytes_beside(&upload.bytes, hints), upload)
+        };
         let looked = tokio::task::spawn_blocking(look).await;
-        let (announced, upload) = looked.map_err(|_| ServiceError::from(PoolError::Closed))?;
+        let (announced, beside, upload) =
+            looked.map_err(|_| ServiceError::from(PoolError::Closed))?;
         // a text may have lines that are no points: the reader counts those that are
         let points = announced.min(self.limits().max_points as u64);
-        let decoded = points.saturating_mul(formats::BYTES_PER_POINT);
+        let decoded = points.saturating_mul(formats::BYTES_PER_POINT).saturating_add(beside);
         let all = decoded.saturating_add(upload.bytes.len() as u64);
         if all > self.budget.limit() {
             let limit = self.budget.limit();
