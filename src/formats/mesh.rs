@@ -99,8 +99,20 @@ impl<'a> Shape<'a> {
         Self { points, triangles, area, sq_edge: weighted / area }
     }
 
+    /// How many points are corners of triangles.
+    fn corners(&self) -> usize {
+        let mut is_corner = vec![false; self.points.len()];
+        self.triangles.iter().flat_map(|t| t.corners).for_each(|i| is_corner[i as usize] = true);
+        is_corner.into_iter().filter(|is_corner| *is_corner).count()
+    }
+
     fn is_coarse(&self) -> bool {
-        let measure = self.sq_edge * self.points.len() as f64 / self.area;
+        let corners = self.corners();
+        if 2 * corners < self.points.len() {
+            // a cloud with a few faces is no mesh
+            return false;
+        }
+        let measure = self.sq_edge * corners as f64 / self.area;
         let diagonal = self.diagonal();
         measure > COARSE
             && (self.sq_edge > (SPAN * diagonal).powi(2)
@@ -220,6 +232,12 @@ pub(super) mod tests {
         assert!(!is_refused(&scan(20, 600, 1.0, even(0.02), 0.002)));
         assert!(!is_refused(&scan(40, 200, 0.5, |i| 1.03f64.powi(i as i32), 0.002)));
         assert!(!is_refused(&scan(3, 20, 0.1, even(0.1), 0.001)));
+    }
+
+    #[test]
+    fn a_cloud_with_a_few_large_faces_is_a_cloud() {
+        let (points, _) = scan(60, 60, 1.0, |i| f64::from(i), 0.01);
+        assert!(!is_refused(&(points, vec![[0, 59, 3599], [0, 3599, 3540]])));
     }
 
     #[test]

@@ -52,6 +52,10 @@ impl<'a> Heading<'a> {
             } else {
                 heading.others.push((number, line));
                 if heading.others.len() > MAX_OTHER_LINES {
+                    if !sample.iter().any(|(_, line)| is_row(dialect, line)) {
+                        // no heading: what is wrong with the first line is wrong with all
+                        break;
+                    }
                     let line = excerpt(line);
                     let reason = format!("'{line}' is no point: mark lines that are none with #");
                     return Err(error(number, reason));

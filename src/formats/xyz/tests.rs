@@ -49,8 +49,9 @@ fn a_comma_is_a_decimal_point_where_it_does_not_part_numbers() {
         assert!(matches!(error(text), FormatError::Header { line: 1, .. }), "{text}");
     }
     // thousands, or a comma that parts as blanks do: no guess is made
-    for text in ["1,234.5 2,345.5 7.5\n", "1.5,2.5 3.5\n", "1,234.5;2;3\n"] {
-        assert!(matches!(error(text), FormatError::BadNumber { line: 1, .. }), "{text}");
+    for text in ["1,234.5 2,345.5 7.5\n", "1.5,2.5 3.5\n", "1,234.5;2;3\n", "1'234.5 2 3\n"] {
+        let told = error(&text.repeat(9));
+        assert!(matches!(told, FormatError::BadNumber { line: 1, .. }), "{text}: {told}");
     }
 }
 
