@@ -2,6 +2,9 @@
 
 use super::super::text;
 
+/// A line without the blanks around it, and its number in the file, from 1.
+pub(super) type Line<'a> = (usize, &'a [u8]);
+
 /// What stands between fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Separator {

@@ -2,16 +2,13 @@
 
 use super::super::{Format, FormatError, error::excerpt, text};
 use super::{
-    dialect::{DIALECTS, Dialect},
+    dialect::{DIALECTS, Dialect, Line},
     names::{self, Ambiguous},
     running,
 };
 
 /// Lines of titles and units there may be before the points without a comment's mark.
 const MAX_OTHER_LINES: usize = 3;
-
-/// A line without the blanks around it, and its number in the file, from 1.
-pub(super) type Line<'a> = (usize, &'a [u8]);
 
 /// What stands before the first row.
 #[derive(Default)]

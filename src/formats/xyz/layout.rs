@@ -2,8 +2,8 @@
 
 use super::super::{Columns, FormatError, text};
 use super::{
-    dialect::Dialect,
-    heading::{Heading, Line, error},
+    dialect::{Dialect, Line},
+    heading::{Heading, error},
     running,
 };
 

@@ -1,7 +1,7 @@
 //! Running numbers before the coordinates of text that names no columns.
 
 use super::super::{FormatError, text};
-use super::{dialect::Dialect, heading::Line};
+use super::dialect::{Dialect, Line};
 
 /// Rows that are enough to tell running numbers from coordinates.
 const FEWEST: usize = 5;
