@@ -102,9 +102,9 @@ pub struct Settings {
         value_parser = number_above_zero
     )]
     pub queue: NonZeroUsize,
-    /// Inputs up to this size run side by side, larger ones one by one on all threads
-    #[arg(long, env = "CONICOID_SMALL_BYTES", default_value_t = 4 << 20, value_name = "BYTES")]
-    pub small_bytes: usize,
+    /// Clouds of up to this many points run side by side, larger ones one by one on all threads
+    #[arg(long, env = "CONICOID_SMALL_POINTS", default_value_t = 200_000, value_name = "N")]
+    pub small_points: u64,
 
     /// Connections of callers that are served at one time, over both interfaces, as far as file handles
     /// go; above it the one that has kept the service waiting longest makes room
@@ -147,11 +147,12 @@ pub struct Settings {
     /// Longest body of a request, after decompression
     #[arg(long, env = "CONICOID_MAX_BODY_BYTES", default_value_t = 512 << 20, value_name = "BYTES")]
     pub max_body_bytes: u64,
-    /// Bytes of clouds, and of answers on their way, held at one time, over all requests
+    /// Bytes of clouds, as they are sent and 24 more a point, and of answers on their way, held at one
+    /// time, over all requests
     #[arg(
         long,
         env = "CONICOID_MAX_BYTES_IN_FLIGHT",
-        default_value_t = 1 << 30,
+        default_value_t = 2 << 30,
         value_name = "BYTES"
     )]
     pub max_bytes_in_flight: u64,
@@ -283,7 +284,7 @@ impl Settings {
             pool: PoolConfig {
                 threads: threads.map_or(1, NonZeroUsize::get),
                 queue: self.queue.get(),
-                small_bytes: self.small_bytes,
+                small_points: self.small_points,
             },
             max_body_bytes: self.max_body_bytes,
             max_bytes_in_flight: self.max_bytes_in_flight,

@@ -10,6 +10,9 @@ pub trait Bounds {
     /// There are too many, or the cloud is not wanted any more.
     fn check(&self, points: u64) -> Result<(), FormatError>;
 
+    /// The most points there may be.
+    fn most(&self) -> u64;
+
     /// Whether the cloud is still wanted.
     ///
     /// # Errors
@@ -32,12 +35,16 @@ impl Default for Limits {
 
 impl Bounds for Limits {
     fn check(&self, points: u64) -> Result<(), FormatError> {
-        // input indices are 32-bit numbers, whatever the setting says
-        let limit = self.max_points.min(u32::MAX as usize);
-        if points > limit as u64 {
-            return Err(FormatError::TooManyPoints { points, limit });
+        let limit = self.most();
+        if points > limit {
+            return Err(FormatError::TooManyPoints { points, limit: limit as usize });
         }
         Ok(())
+    }
+
+    fn most(&self) -> u64 {
+        // input indices are 32-bit numbers, whatever the setting says
+        self.max_points.min(u32::MAX as usize) as u64
     }
 
     fn go_on(&self) -> Result<(), FormatError> {
@@ -68,6 +75,10 @@ impl Bounds for Watched<'_> {
             self.go_on()?;
         }
         self.limits.check(points)
+    }
+
+    fn most(&self) -> u64 {
+        self.limits.most()
     }
 
     fn go_on(&self) -> Result<(), FormatError> {

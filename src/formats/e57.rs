@@ -6,7 +6,8 @@ use e57::{CartesianCoordinate, E57Reader, RecordDataType};
 
 use super::{
     Bounds, Format, FormatError,
-    guard::{check_density, guarded},
+    guard::{MAX_POINTS_PER_BYTE, check_density, guarded},
+    memory::room_for,
 };
 use crate::geometry::{PointCloud, Vec3};
 
@@ -19,9 +20,17 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
         if let Err(error) = check(&scans, bytes.len(), limits) {
             return Ok(Err(error));
         }
-        let mut points = Vec::new();
-        for scan in &scans {
-            for point in reader.pointcloud_simple(scan)? {
+        let mut points = match room_for(records(&scans)) {
+            Ok(points) => points,
+            Err(error) => return Ok(Err(error)),
+        };
+        // the format allows a scan of no records to have no section in the file
+        for scan in scans.iter().filter(|scan| scan.records > 0) {
+            let scan = match upright(scan) {
+                Ok(scan) => scan,
+                Err(error) => return Ok(Err(error)),
+            };
+            for point in reader.pointcloud_simple(&scan)? {
                 if let Err(error) = limits.check(points.len() as u64 + 1) {
                     return Ok(Err(error));
                 }
@@ -38,6 +47,51 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
     Ok(PointCloud::from_points(points))
 }
 
+/// The records that the header announces, as far as the bytes can hold them.
+///
+/// # Errors
+/// The header is wrong.
+pub(super) fn most_points(bytes: &[u8]) -> Result<u64, FormatError> {
+    let reader = guarded(Format::E57, || E57Reader::new(Cursor::new(bytes)).map(Ok))?;
+    let most = (bytes.len() as u64).saturating_mul(MAX_POINTS_PER_BYTE);
+    Ok(records(&reader.pointclouds()).min(most))
+}
+
+/// The records of all scans.
+fn records(scans: &[e57::PointCloud]) -> u64 {
+    scans.iter().fold(0, |sum, scan| sum.saturating_add(scan.records))
+}
+
+/// The scan with the quaternion of its pose at length 1: another length would scale the points.
+fn upright(scan: &e57::PointCloud) -> Result<e57::PointCloud, FormatError> {
+    let mut scan = scan.clone();
+    if let Some(pose) = &mut scan.transform {
+        let q = &mut pose.rotation;
+        let length = q.w.hypot(q.x).hypot(q.y.hypot(q.z));
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(damaged("the rotation of a scan's pose is no quaternion"));
+        }
+        for part in [&mut q.w, &mut q.x, &mut q.y, &mut q.z] {
+            *part /= length;
+        }
+    }
+    Ok(scan)
+}
+
+fn damaged(reason: &str) -> FormatError {
+    FormatError::Damaged { format: Format::E57, reason: reason.into() }
+}
+
+/// Refuses a scan without coordinates: the library would give points without any.
+fn check_coordinates((place, scan): (usize, &e57::PointCloud)) -> Result<(), FormatError> {
+    if scan.has_cartesian() || scan.has_spherical() {
+        return Ok(());
+    }
+    let names: Vec<_> = scan.prototype.iter().take(12).map(|r| format!("{:?}", r.name)).collect();
+    let found = format!("{} in scan {}", names.join(", "), place + 1);
+    Err(FormatError::NoCoordinates { format: Format::E57, found })
+}
+
 fn position(coordinate: &CartesianCoordinate) -> Vec3 {
     match *coordinate {
         CartesianCoordinate::Valid { x, y, z } => Vec3::new(x, y, z),
@@ -46,14 +100,17 @@ fn position(coordinate: &CartesianCoordinate) -> Vec3 {
 }
 
 fn check(scans: &[e57::PointCloud], bytes: usize, limits: &dyn Bounds) -> Result<(), FormatError> {
-    let total = scans.iter().fold(0u64, |sum, scan| sum.saturating_add(scan.records));
+    let total = records(scans);
     check_density(Format::E57, total, bytes)?;
     limits.check(total)?;
+    let mut full = scans.iter().enumerate().filter(|(_, scan)| scan.records > 0);
+    full.try_for_each(check_coordinates)?;
     // records without a single bit end nowhere: the library would make them until memory is full
-    let empty = |scan: &&e57::PointCloud| scan.prototype.iter().all(|r| is_constant(&r.data_type));
-    if scans.iter().find(empty).is_some() {
-        let reason = "a scan's records have no bits".into();
-        return Err(FormatError::Damaged { format: Format::E57, reason });
+    let empty = |scan: &&e57::PointCloud| {
+        scan.records > 0 && scan.prototype.iter().all(|r| is_constant(&r.data_type))
+    };
+    if scans.iter().any(|scan| empty(&scan)) {
+        return Err(damaged("a scan's records have no bits"));
     }
     Ok(())
 }
@@ -76,18 +133,22 @@ pub(super) mod tests {
 
     /// Two scans: one in doubles, its second point invalid, the other the same moved by a pose.
     pub(in crate::formats) fn file() -> Vec<u8> {
+        posed(e57::Quaternion::default(), &POINTS)
+    }
+
+    /// The same with another rotation of both, and other points.
+    fn posed(rotation: e57::Quaternion, of: &[[f64; 3]]) -> Vec<u8> {
         let mut file = Cursor::new(Vec::new());
         let mut writer = E57Writer::new(&mut file, "file").unwrap();
-        for (scan, shift) in [("a", 0.0), ("b", 100.0)] {
+        for (scan, shift, of) in [("a", 0.0, of), ("b", 100.0, &POINTS)] {
             let mut prototype =
                 vec![Record::CARTESIAN_X_F64, Record::CARTESIAN_Y_F64, Record::CARTESIAN_Z_F64];
             let data_type = RecordDataType::Integer { min: 0, max: 2 };
             prototype.push(Record { name: RecordName::CartesianInvalidState, data_type });
             let mut points = writer.add_pointcloud(scan, prototype).unwrap();
             let translation = e57::Translation { x: shift, y: 0.0, z: 0.0 };
-            let rotation = e57::Quaternion::default();
-            points.set_transform(Some(e57::Transform { rotation, translation }));
-            for (i, p) in POINTS.iter().enumerate() {
+            points.set_transform(Some(e57::Transform { rotation: rotation.clone(), translation }));
+            for (i, p) in of.iter().enumerate() {
                 let mut values: Vec<_> = p.iter().map(|&x| RecordValue::Double(x)).collect();
                 values.push(RecordValue::Integer(if i == 1 { 2 } else { 0 }));
                 points.add_point(values).unwrap();
@@ -111,5 +172,34 @@ pub(super) mod tests {
             read(&bytes, &Limits { max_points: 5 }),
             Err(FormatError::TooManyPoints { points: 6, limit: 5 })
         );
+    }
+
+    #[test]
+    fn the_length_of_a_rotation_does_not_scale_the_points() {
+        let turn = e57::Quaternion { w: 2.0, x: 0.0, y: 0.0, z: 2.0 };
+        let cloud = read(&posed(turn, &POINTS), &Limits::default()).unwrap();
+        // a quarter turn about z
+        let first = Vec3::new(2.0, 1.5, 1e6);
+        assert!((cloud.points[0] - first).norm() < 1e-9 * first.norm(), "{}", cloud.points[0]);
+        let none = e57::Quaternion { w: 0.0, x: 0.0, y: 0.0, z: 0.0 };
+        let error = read(&posed(none, &POINTS), &Limits::default()).unwrap_err();
+        assert!(matches!(error, FormatError::Damaged { .. }), "{error}");
+    }
+
+    #[test]
+    fn a_scan_without_records_is_passed_over() {
+        let bytes = posed(e57::Quaternion::default(), &[]);
+        let xs: Vec<_> =
+            read(&bytes, &Limits::default()).unwrap().points.iter().map(|p| p.x).collect();
+        assert_eq!(xs, [101.5, 107.0]);
+    }
+
+    #[test]
+    fn a_scan_without_coordinates_is_refused_with_what_it_has() {
+        let mut scans = E57Reader::new(Cursor::new(file())).unwrap().pointclouds();
+        scans[1].prototype.remove(2);
+        let error = check(&scans, 1000, &Limits::default()).unwrap_err();
+        let FormatError::NoCoordinates { found, .. } = &error else { panic!("{error}") };
+        assert!(found.ends_with("CartesianInvalidState in scan 2"), "{found}");
     }
 }

@@ -15,6 +15,14 @@ pub enum FormatError {
         /// The first bytes, made printable.
         start: String,
     },
+    /// The text is of a kind that is not read, though it has rows of numbers.
+    #[error("the text looks like {what}, which is not read: {advice}")]
+    Foreign {
+        /// What it looks like.
+        what: &'static str,
+        /// What to do.
+        advice: &'static str,
+    },
     /// The bytes are those of a compressed file or an archive.
     #[error(
         "the bytes are compressed ({with}): unpack them, or send them over HTTP with a \
@@ -48,7 +56,7 @@ pub enum FormatError {
         found: u64,
     },
     /// A coordinate is not a number.
-    #[error("line {line} of the {format} file has '{text}' where a number is needed")]
+    #[error("line {line} of the {format} file has '{text}' where a number is needed{}", hint(*.format))]
     BadNumber {
         /// The format read.
         format: Format,
@@ -58,7 +66,10 @@ pub enum FormatError {
         text: String,
     },
     /// A line has fewer columns than a point needs.
-    #[error("line {line} of the {format} file has {found} columns; a point needs {needed}")]
+    #[error(
+        "line {line} of the {format} file has {found} columns; a point needs {needed}{}",
+        hint(*.format)
+    )]
     TooFewColumns {
         /// The format read.
         format: Format,
@@ -70,12 +81,51 @@ pub enum FormatError {
         needed: usize,
     },
     /// No field of the file holds coordinates.
-    #[error("the {format} file has no coordinates: it needs fields x, y and z; it has {found}")]
+    #[error(
+        "the {format} file has no coordinates: it needs fields x, y and z; it has {found}{}",
+        hint(*.format)
+    )]
     NoCoordinates {
         /// The format read.
         format: Format,
         /// The fields there are.
         found: String,
+    },
+    /// The coordinates are named twice.
+    #[error(
+        "the text has more than one column for a coordinate: {found}; say which are meant by the \
+         parameter columns"
+    )]
+    AmbiguousColumns {
+        /// The columns there are.
+        found: String,
+    },
+    /// The first column has running numbers, or coordinates that look like them.
+    #[error(
+        "the first column of the text counts up, at line {line} in another way than x, y and z tell: \
+         say which columns they are, columns=2,3,4 behind running numbers or columns=1,2,3"
+    )]
+    RunningNumbers {
+        /// Line of the file, from 1.
+        line: usize,
+    },
+    /// Columns are named for a format that names its own.
+    #[error("the parameter columns is for text; the cloud is {format}, whose fields have names")]
+    ColumnsOfNoText {
+        /// The format read.
+        format: Format,
+    },
+    /// The vertices of a mesh are the corners of its faces alone.
+    #[error(
+        "the {vertices} vertices of this {format} mesh are the corners of large triangles, as CAD \
+         programs make them, and no scan of its surfaces: sample points on the triangles and send those \
+         (as text, vertices are taken as they are)"
+    )]
+    CadMesh {
+        /// The format read.
+        format: Format,
+        /// How many vertices there are.
+        vertices: usize,
     },
     /// The file is in order but has no points.
     #[error("the {format} file has no points")]
@@ -100,6 +150,12 @@ pub enum FormatError {
         /// The limit.
         limit: usize,
     },
+    /// The system has no memory for the points.
+    #[error("there is no memory for {points} points")]
+    OutOfMemory {
+        /// The points there may be.
+        points: u64,
+    },
     /// The caller wants the cloud no longer.
     #[error("reading was stopped")]
     Stopped,
@@ -119,6 +175,14 @@ pub enum FormatError {
         /// The feature.
         what: String,
     },
+}
+
+/// What helps where a text is not read as it was meant.
+fn hint(format: Format) -> &'static str {
+    match format {
+        Format::Xyz => " (the parameter columns says which columns are x, y and z)",
+        _ => "",
+    }
 }
 
 /// `bytes` as a short printable text for an error.

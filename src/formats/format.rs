@@ -123,13 +123,16 @@ fn text_format(bytes: &[u8]) -> Option<Format> {
     let first = lines.find(|line| !line.is_empty() && !text::is_comment(line))?;
     match first.split(u8::is_ascii_whitespace).next()? {
         b"VERSION" | b"FIELDS" => Some(Format::Pcd),
-        b"solid" => Some(Format::Stl),
+        b"solid" | b"SOLID" => Some(Format::Stl),
         b"v" | b"vn" | b"vt" | b"vp" | b"o" | b"g" | b"s" | b"f" | b"mtllib" | b"usemtl" => {
             Some(Format::Obj)
         }
         _ if head.contains(&0) => None,
-        // a header line or a point count may come before the first point
-        _ => std::iter::once(first).chain(lines.take(2)).any(text::is_row).then_some(Format::Xyz),
+        // titles, names, units and a point count may come before the first point
+        _ => {
+            let lines = lines.filter(|line| !line.is_empty() && !text::is_comment(line));
+            std::iter::once(first).chain(lines.take(5)).any(text::is_row).then_some(Format::Xyz)
+        }
     }
 }
 

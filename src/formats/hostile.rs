@@ -1,10 +1,10 @@
 //! Small files of every format, cut and changed in thousands of ways: each must be answered, with a
 //! cloud or an error, and none may make the reader panic.
 
-use super::{Format, Limits, e57, las, pcd, ply, read, stl};
+use super::{Format, Limits, announced_points, e57, las, pcd, ply, read, stl};
 
 /// A valid file of each kind.
-fn files() -> Vec<(Format, Vec<u8>)> {
+pub(super) fn files() -> Vec<(Format, Vec<u8>)> {
     let ascii_ply = "ply\nformat ascii 1.0\nobj_info num_cols 1\nobj_info num_rows 2\n\
         element a 1\nproperty list uchar int l\nelement vertex 2\nproperty float x\n\
         property list int char m\nproperty float y\nproperty float z\nend_header\n\
@@ -36,6 +36,7 @@ const LIMITS: Limits = Limits { max_points: 100_000 };
 fn answer(format: Format, bytes: &[u8]) {
     let _ = read(bytes, Some(format), &LIMITS);
     let _ = read(bytes, None, &LIMITS);
+    let _ = announced_points(bytes, Some(format));
 }
 
 #[test]

@@ -4,12 +4,17 @@
 //! [`FormatError`]: it never panics, and what a header announces is believed only as far as the bytes
 //! behind it reach, so memory stays within a small multiple of the input.
 
+mod announced;
 mod bounds;
 mod e57;
 mod error;
+mod foreign;
 mod format;
 mod guard;
+mod hints;
 mod las;
+mod memory;
+mod mesh;
 mod obj;
 mod pcd;
 mod ply;
@@ -20,9 +25,11 @@ mod text;
 mod write;
 mod xyz;
 
+pub use announced::{BYTES_PER_POINT, announced_points, bytes_beside};
 pub use bounds::{Bounds, Limits, Watched};
 pub use error::FormatError;
 pub use format::Format;
+pub use hints::{Columns, Hints};
 pub use read::read;
 pub use write::{RegionRow, region_color, write_labelled_ply, write_labels_npy, write_regions_csv};
 

@@ -1,19 +1,41 @@
 //! OBJ (Wavefront): the `v` lines, with or without faces.
 
-use super::{Bounds, Format, FormatError, error::excerpt, text};
+use super::{Bounds, Format, FormatError, error::excerpt, memory::room_for, mesh::Triangles, text};
 use crate::geometry::{PointCloud, Vec3};
 
 /// Reads one point from each `v x y z [w | r g b]` line, in their order.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
-    let mut points = Vec::new();
+    let mut points = room_for(most_points(bytes).min(limits.most()))?;
+    let mut triangles = Triangles::default();
     for (index, line) in text::lines(text::without_bom(bytes)).enumerate() {
         let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
-        if words.next() == Some(b"v") {
-            limits.check(points.len() as u64 + 1)?;
-            points.push(vertex(words, index + 1)?);
+        match words.next() {
+            Some(b"v") => {
+                limits.check(points.len() as u64 + 1)?;
+                points.push(vertex(words, index + 1)?);
+            }
+            Some(b"f") if triangles.are_wanted(points.len() as u64) => {
+                let face: Option<Vec<u32>> = words.map(|word| corner(word, points.len())).collect();
+                triangles.push(&face.unwrap_or_default());
+            }
+            _ => {}
         }
     }
+    triangles.check(Format::Obj, &points)?;
     Ok(PointCloud::from_points(points))
+}
+
+/// The most vertices that the lines can hold.
+pub(super) fn most_points(bytes: &[u8]) -> u64 {
+    text::line_count(bytes)
+}
+
+/// The place of the vertex in a face's word: `7`, `7/1/2`, or `-1` for the last one so far.
+fn corner(word: &[u8], vertices: usize) -> Option<u32> {
+    let vertex = word.split(|&b| b == b'/').next()?;
+    let number: i64 = std::str::from_utf8(vertex).ok()?.parse().ok()?;
+    let place = if number < 0 { number.checked_add(vertices as i64)? } else { number - 1 };
+    u32::try_from(place).ok()
 }
 
 fn vertex<'a>(mut words: impl Iterator<Item = &'a [u8]>, line: usize) -> Result<Vec3, FormatError> {
@@ -32,7 +54,7 @@ fn vertex<'a>(mut words: impl Iterator<Item = &'a [u8]>, line: usize) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::Limits;
+    use crate::formats::{Limits, mesh::tests::turned};
 
     #[test]
     fn vertices_are_read_with_and_without_faces() {
@@ -57,5 +79,22 @@ mod tests {
             error(b"v 1 2 3\nv 1 2 3\n"),
             FormatError::TooManyPoints { points: 2, limit: 1 }
         );
+    }
+
+    #[test]
+    fn the_vertices_of_a_cad_mesh_are_refused_however_its_faces_count() {
+        let (points, faces) = turned(64, 15.0, 40.0, 15.0);
+        let vertices: String =
+            points.iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z)).collect();
+        let from_end = |i: u32| format!("{}", i64::from(i) - points.len() as i64);
+        let from_start = |i: u32| format!("{}/1/{}", i + 1, i + 1);
+        let ways: [&dyn Fn(u32) -> String; 2] = [&from_start, &from_end];
+        for way in ways {
+            let face = |f: &[u32; 3]| format!("f {} {} {}\n", way(f[0]), way(f[1]), way(f[2]));
+            let file = vertices.clone() + &faces.iter().map(face).collect::<String>();
+            let refused = FormatError::CadMesh { format: Format::Obj, vertices: points.len() };
+            assert_eq!(read(file.as_bytes(), &Limits::default()), Err(refused));
+        }
+        assert_eq!(read(vertices.as_bytes(), &Limits::default()).unwrap().points, points);
     }
 }

@@ -1,7 +1,9 @@
-use super::{Bounds, Format, FormatError, e57, error::excerpt, las, obj, pcd, ply, stl, xyz};
+use super::{
+    Bounds, Format, FormatError, Hints, e57, error::excerpt, foreign, las, obj, pcd, ply, stl, xyz,
+};
 use crate::geometry::PointCloud;
 
-/// Reads a point cloud; the format is told from the bytes where `format` is `None`.
+/// Reads a point cloud, as `hints` say where the sender knows more than the bytes show.
 ///
 /// Points with a NaN or infinite coordinate are counted and left out; see [`PointCloud`]. `limits` are
 /// [`super::Limits`], or [`super::Watched`] where the caller may lose interest.
@@ -10,20 +12,27 @@ use crate::geometry::PointCloud;
 /// The bytes are no cloud of that format, hold no finite point, or exceed `limits`.
 pub fn read(
     bytes: &[u8],
-    format: Option<Format>,
+    hints: impl Into<Hints>,
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
+    let Hints { format, columns } = hints.into();
     if bytes.is_empty() {
         return Err(FormatError::Empty);
     }
     if let Some(with) = packed(bytes) {
         return Err(FormatError::Compressed { with });
     }
-    let unknown = || FormatError::Unknown { start: excerpt(bytes) };
-    let format = format.or_else(|| Format::detect(bytes)).ok_or_else(unknown)?;
+    let format = format.or_else(|| Format::detect(bytes));
+    if let (None | Some(Format::Xyz), Some((what, advice))) = (format, foreign::kind(bytes)) {
+        return Err(FormatError::Foreign { what, advice });
+    }
+    let format = format.ok_or_else(|| FormatError::Unknown { start: excerpt(bytes) })?;
+    if columns.is_some() && format != Format::Xyz {
+        return Err(FormatError::ColumnsOfNoText { format });
+    }
     let cloud = match format {
         Format::Ply => ply::read(bytes, limits),
-        Format::Xyz => xyz::read(bytes, limits),
+        Format::Xyz => xyz::read(bytes, columns, limits),
         Format::Pcd => pcd::read(bytes, limits),
         Format::Las => las::read(bytes, limits),
         Format::E57 => e57::read(bytes, limits),
@@ -63,8 +72,8 @@ mod tests {
     #[test]
     fn what_holds_no_point_is_refused() {
         assert_eq!(error(b"", None), FormatError::Empty);
-        let start = "<html>".to_string();
-        assert_eq!(error(b"<html>", None), FormatError::Unknown { start });
+        let start = "hello".to_string();
+        assert_eq!(error(b"hello", None), FormatError::Unknown { start });
         let format = Format::Xyz;
         assert_eq!(error(b"# nothing\n", Some(format)), FormatError::NoPoints { format });
         assert_eq!(
@@ -79,5 +88,28 @@ mod tests {
             let with = "gzip";
             assert_eq!(error(b"\x1f\x8b\x08\0\0", format), FormatError::Compressed { with });
         }
+    }
+
+    #[test]
+    fn texts_of_other_kinds_are_named_also_where_they_are_called_text() {
+        let off = b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        for format in [None, Some(Format::Xyz)] {
+            let advice = "sample points on its surfaces and send those";
+            let refused = FormatError::Foreign { what: "an OFF mesh", advice };
+            assert_eq!(error(off, format), refused);
+        }
+        assert!(matches!(error(off, Some(Format::Ply)), FormatError::Header { .. }));
+    }
+
+    #[test]
+    fn columns_are_for_text() {
+        let columns = crate::formats::Columns::new([2, 3, 4]);
+        let told =
+            |bytes: &[u8], format| read(bytes, Hints { format, columns }, &Limits::default());
+        assert_eq!(told(b"9 1 2 3\n", None).unwrap().points[0].x, 1.0);
+        let format = Format::Obj;
+        let refused = Err(FormatError::ColumnsOfNoText { format });
+        assert_eq!(told(b"v 1 2 3\n", None), refused);
+        assert_eq!(told(b"9 1 2 3\n", Some(format)), refused);
     }
 }

@@ -1,3 +1,4 @@
+use super::{FormatError, memory::zeros};
 use crate::geometry::Vec3;
 
 /// Byte order of binary numbers.
@@ -83,19 +84,22 @@ const BLOCK: usize = 256;
 /// Decodes records of `stride` bytes into points, one coordinate of a block at a time.
 ///
 /// `bytes` must hold whole records, and each column must lie within a record.
+///
+/// # Errors
+/// The system has no memory for the points.
 pub(super) fn decode_records(
     bytes: &[u8],
     stride: usize,
     endian: Endian,
     columns: [Column; 3],
-) -> Vec<Vec3> {
-    let mut points = vec![Vec3::zeros(); bytes.len() / stride];
+) -> Result<Vec<Vec3>, FormatError> {
+    let mut points = zeros((bytes.len() / stride) as u64)?;
     for (block, records) in points.chunks_mut(BLOCK).zip(bytes.chunks(BLOCK * stride)) {
         for (axis, column) in columns.into_iter().enumerate() {
             decode_column(records, stride, endian, column, block, axis);
         }
     }
-    points
+    Ok(points)
 }
 
 /// Decodes one column of records of `stride` bytes into coordinate `axis` of `points`.

@@ -3,12 +3,10 @@
 //! A corner comes again in every triangle that meets there. A cloud with each point six times would
 //! mislead every count, so equal corners become one point, in the order of their first appearance.
 
-use std::collections::HashSet;
+use std::hash::{BuildHasher, RandomState};
 
 use super::{
-    Bounds, Format, FormatError,
-    format::is_binary_stl,
-    scalar::{Column, Endian, Scalar, decode_records},
+    Bounds, Format, FormatError, format::is_binary_stl, memory::room_for, mesh::Triangles,
     text::Words,
 };
 use crate::geometry::{PointCloud, Vec3};
@@ -16,70 +14,163 @@ use crate::geometry::{PointCloud, Vec3};
 /// Bytes before the first triangle, and of a triangle.
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
+/// Bytes of an ascii corner: `vertex 0 0 0` and a space.
+const ASCII_CORNER: usize = 13;
 
 /// Reads the distinct corners.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
-    // many binary files begin with "solid" too: the length decides first
-    let corners = if !is_binary_stl(bytes) && bytes.trim_ascii_start().starts_with(b"solid") {
-        ascii(bytes)?
+    let mut corners = Corners::default();
+    if is_ascii(bytes) {
+        ascii(bytes, &mut corners, limits)
     } else {
-        binary(bytes)?
+        binary(bytes, &mut corners, limits)
+    }?;
+    corners.triangles.check(Format::Stl, &corners.points)?;
+    Ok(PointCloud::from_points(corners.points))
+}
+
+/// The most corners that the bytes can hold.
+pub(super) fn most_points(bytes: &[u8]) -> u64 {
+    let corners = if is_ascii(bytes) {
+        bytes.len() / ASCII_CORNER
+    } else {
+        bytes.len().saturating_sub(HEADER) / TRIANGLE * 3
     };
-    let mut seen = HashSet::with_capacity(corners.len() / 4);
-    // adding zero makes -0 and 0 one
-    let key = |p: &Vec3| p.map(|x| (x + 0.0).to_bits());
-    let mut points = Vec::new();
-    for corner in corners {
-        if seen.insert(key(&corner)) {
-            limits.check(points.len() as u64 + 1)?;
-            points.push(corner);
-        }
-    }
-    Ok(PointCloud::from_points(points))
+    corners as u64
+}
+
+/// Many binary files begin with "solid" too: the length decides first.
+fn is_ascii(bytes: &[u8]) -> bool {
+    let word = bytes.trim_ascii_start().get(..5).unwrap_or_default();
+    !is_binary_stl(bytes) && word.eq_ignore_ascii_case(b"solid")
 }
 
 fn truncated(announced: u64, found: u64) -> FormatError {
     FormatError::Truncated { format: Format::Stl, announced, found }
 }
 
-fn binary(bytes: &[u8]) -> Result<Vec<Vec3>, FormatError> {
+/// The distinct corners, in the order of their first appearance, and their triangles.
+#[derive(Default)]
+struct Corners {
+    points: Vec<Vec3>,
+    places: Places,
+    triangles: Triangles,
+}
+
+impl Corners {
+    fn add(&mut self, triangle: [Vec3; 3], limits: &dyn Bounds) -> Result<(), FormatError> {
+        let mut places = [0; 3];
+        for (place, corner) in places.iter_mut().zip(triangle) {
+            *place = self.place(corner, limits)?;
+        }
+        if self.triangles.are_wanted(self.points.len() as u64) {
+            self.triangles.push(&places);
+        }
+        Ok(())
+    }
+
+    fn place(&mut self, corner: Vec3, limits: &dyn Bounds) -> Result<u32, FormatError> {
+        self.places.make_room(&self.points)?;
+        let slot = self.places.slot(&corner, &self.points);
+        if *slot == FREE {
+            limits.check(self.points.len() as u64 + 1)?;
+            // the limit is below 2^32 points
+            *slot = self.points.len() as u32;
+            self.points.push(corner);
+        }
+        Ok(*slot)
+    }
+}
+
+/// The mark of a slot without a corner.
+const FREE: u32 = u32::MAX;
+
+/// Where each corner stands among the points: a hash table of places alone, for a map with the corners
+/// themselves would take four times as much memory as the points.
+#[derive(Default)]
+struct Places {
+    slots: Vec<u32>,
+    hash: RandomState,
+}
+
+impl Places {
+    /// Makes sure that one corner more leaves half of the slots free.
+    fn make_room(&mut self, points: &[Vec3]) -> Result<(), FormatError> {
+        if self.slots.len() > 2 * points.len() {
+            return Ok(());
+        }
+        let len = (4 * points.len()).max(1 << 10).next_power_of_two();
+        self.slots = Vec::new();
+        self.slots = room_for(len as u64)?;
+        self.slots.resize(len, FREE);
+        for (place, corner) in (0..).zip(points) {
+            *self.slot(corner, points) = place;
+        }
+        Ok(())
+    }
+
+    /// The slot of a corner, or the free one where it belongs.
+    fn slot(&mut self, corner: &Vec3, points: &[Vec3]) -> &mut u32 {
+        let mask = self.slots.len() - 1;
+        let mut at = self.hash.hash_one(key(corner)) as usize & mask;
+        while self.slots[at] != FREE && key(&points[self.slots[at] as usize]) != key(corner) {
+            at = (at + 1) & mask;
+        }
+        &mut self.slots[at]
+    }
+}
+
+/// What two corners at one place have in common; adding zero makes -0 and 0 one.
+fn key(corner: &Vec3) -> [u64; 3] {
+    corner.map(|x| (x + 0.0).to_bits()).into()
+}
+
+fn binary(bytes: &[u8], corners: &mut Corners, limits: &dyn Bounds) -> Result<(), FormatError> {
     let count = bytes.get(80..HEADER).and_then(|b| b.first_chunk());
     let count = count.map(|&b| u32::from_le_bytes(b)).ok_or_else(|| truncated(1, 0))? as usize;
     let body = &bytes[HEADER..];
     if count > body.len() / TRIANGLE {
         return Err(truncated(3 * count as u64, 3 * (body.len() / TRIANGLE) as u64));
     }
-    let corner = |i: usize| {
-        let columns =
-            [0, 1, 2].map(|axis| Column { scalar: Scalar::F32, offset: 12 * (i + 1) + 4 * axis });
-        decode_records(&body[..count * TRIANGLE], TRIANGLE, Endian::Little, columns)
-    };
-    let [first, second, third] = [corner(0), corner(1), corner(2)];
-    let triangles = first.into_iter().zip(second).zip(third);
-    Ok(triangles.flat_map(|((a, b), c)| [a, b, c]).collect())
+    // a closed mesh has two triangles a corner
+    corners.points = room_for((count as u64 / 2).min(limits.most()))?;
+    for triangle in body.chunks_exact(TRIANGLE).take(count) {
+        let number =
+            |i: usize| triangle[12 + 4 * i..].first_chunk().map_or(0.0, |&b| f32::from_le_bytes(b));
+        let corner =
+            |i: usize| Vec3::new(number(i).into(), number(i + 1).into(), number(i + 2).into());
+        corners.add([corner(0), corner(3), corner(6)], limits)?;
+    }
+    Ok(())
 }
 
-fn ascii(bytes: &[u8]) -> Result<Vec<Vec3>, FormatError> {
+fn ascii(bytes: &[u8], corners: &mut Corners, limits: &dyn Bounds) -> Result<(), FormatError> {
     let mut words = Words::new(Format::Stl, bytes, 0);
-    let mut corners = Vec::new();
+    let (mut triangle, mut found) = ([Vec3::zeros(); 3], 0u64);
     while let Some(word) = words.next() {
-        if word == b"vertex" {
-            let mut corner = Vec3::zeros();
+        if word.eq_ignore_ascii_case(b"vertex") {
+            let corner = &mut triangle[(found % 3) as usize];
             for axis in 0..3 {
-                let found = corners.len() as u64;
                 let word = words.next().ok_or_else(|| truncated(found + 1, found))?;
                 corner[axis] = words.number(word)?;
             }
-            corners.push(corner);
+            found += 1;
+            if found.is_multiple_of(3) {
+                corners.add(triangle, limits)?;
+            }
         }
     }
-    Ok(corners)
+    // a triangle cut short has corners all the same
+    for corner in &triangle[..(found % 3) as usize] {
+        corners.place(*corner, limits)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::formats::Limits;
+    use crate::formats::{Limits, mesh::tests::turned};
 
     const CORNERS: [[f32; 3]; 6] = [
         [0.0, 0.0, 0.0],
@@ -137,5 +228,23 @@ pub(super) mod tests {
             read(&file, &Limits::default()),
             Err(FormatError::Truncated { format: Format::Stl, announced, found: 6 })
         );
+    }
+
+    #[test]
+    fn a_cad_mesh_is_refused_and_words_may_be_in_capitals() {
+        let (points, faces) = turned(48, 10.0, 40.0, 10.0);
+        let mut text = String::from("solid part\n");
+        for face in faces {
+            text += "facet normal 0 0 0\nouter loop\n";
+            for p in face.map(|i| points[i as usize]) {
+                text += &format!("vertex {:e} {:e} {:e}\n", p.x, p.y, p.z);
+            }
+            text += "endloop\nendfacet\n";
+        }
+        for text in [text.clone(), text.to_uppercase()] {
+            assert_eq!(Format::detect(text.as_bytes()), Some(Format::Stl));
+            let refused = FormatError::CadMesh { format: Format::Stl, vertices: 98 };
+            assert_eq!(read(text.as_bytes(), &Limits::default()), Err(refused));
+        }
     }
 }

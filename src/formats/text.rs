@@ -18,10 +18,52 @@ pub(super) fn is_comment(line: &[u8]) -> bool {
     line.starts_with(b"#") || line.starts_with(b"//") || line.starts_with(b"%")
 }
 
+/// How many lines a text has.
+pub(super) fn line_count(bytes: &[u8]) -> u64 {
+    let count = |end: u8| bytes.iter().filter(|&&b| b == end).count() as u64;
+    let ends = match count(b'\n') {
+        0 => count(b'\r'),
+        lines => lines,
+    };
+    let open = bytes.last().is_some_and(|b| !matches!(b, b'\n' | b'\r'));
+    ends + u64::from(open)
+}
+
 /// Whether a line has three numbers or more, separated in any usual way.
 pub(super) fn is_row(line: &[u8]) -> bool {
     let separator = |b: &u8| b.is_ascii_whitespace() || matches!(b, b',' | b';');
-    line.split(separator).filter(|field| number(field).is_some()).count() >= 3
+    let is_number = |field: &&[u8]| {
+        let field = unquoted(field);
+        number(field).or_else(|| rare_number(field)).is_some()
+    };
+    line.split(separator).filter(is_number).count() >= 3
+}
+
+/// A field without the quotes around it.
+pub(super) fn unquoted(field: &[u8]) -> &[u8] {
+    field.strip_prefix(b"\"").and_then(|f| f.strip_suffix(b"\"")).unwrap_or(field)
+}
+
+/// The number in a field as Fortran (`1.0D+00`) and older C libraries of Windows (`-1.#IND`, `1.#INF`)
+/// write it.
+pub(super) fn rare_number(field: &[u8]) -> Option<f64> {
+    if !field.last()?.is_ascii_alphanumeric() || field.len() > 64 {
+        return None;
+    }
+    let digits = field.strip_prefix(b"-").unwrap_or(field);
+    if let Some(special) = digits.strip_prefix(b"1.#") {
+        let begins = |word: &&[u8]| special.starts_with(word);
+        return match [&b"INF"[..], b"IND", b"QNAN", b"SNAN"].iter().position(begins)? {
+            0 => Some(f64::INFINITY),
+            _ => Some(f64::NAN),
+        };
+    }
+    let digit = digits.iter().position(|b| matches!(b, b'd' | b'D')).filter(|at| *at > 0)?;
+    if !digits[digit - 1].is_ascii_digit() && digits[digit - 1] != b'.' {
+        return None;
+    }
+    let exponent = |&b: &u8| if matches!(b, b'd' | b'D') { b'e' } else { b };
+    number(&field.iter().map(exponent).collect::<Vec<u8>>())
 }
 
 /// The number a field holds.

@@ -176,6 +176,12 @@ fn schema(spec: &ParameterSpec) -> Schema {
             .min_items(Some(3))
             .max_items(Some(3))
             .into(),
+        ParameterKind::Columns { max } => ArrayBuilder::new()
+            .items(integer(ObjectBuilder::new().schema_type(Type::Integer), 1, max))
+            .min_items(Some(3))
+            .max_items(Some(3))
+            .unique_items(true)
+            .into(),
     }
 }
 

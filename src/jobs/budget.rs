@@ -43,6 +43,11 @@ impl ByteBudget {
         self.held.load(Ordering::Relaxed)
     }
 
+    /// The most there may be held.
+    pub fn limit(&self) -> u64 {
+        self.limit
+    }
+
     /// An empty share, to grow as an upload comes in.
     pub fn share(&self) -> BytesHeld {
         BytesHeld(Arc::new(Share { taken: Mutex::default(), budget: self.clone() }))

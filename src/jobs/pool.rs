@@ -20,8 +20,8 @@ pub struct PoolConfig {
     pub threads: usize,
     /// Runs that may wait for their turn, over both lanes.
     pub queue: usize,
-    /// Inputs up to this many bytes take the small lane.
-    pub small_bytes: usize,
+    /// Clouds of up to this many points take the small lane.
+    pub small_points: u64,
 }
 
 /// Which threads a run takes. The lanes share the processors evenly, so a small input never waits
@@ -137,9 +137,9 @@ impl Pool {
         })
     }
 
-    /// The lane for an input of `bytes`.
-    pub fn lane(&self, bytes: usize) -> Lane {
-        if bytes <= self.config.small_bytes { Lane::Small } else { Lane::Large }
+    /// The lane for a cloud of that many points.
+    pub fn lane(&self, points: u64) -> Lane {
+        if points <= self.config.small_points { Lane::Small } else { Lane::Large }
     }
 
     /// Runs that wait for their turn.
@@ -265,7 +265,7 @@ mod tests {
     use super::*;
 
     fn pool(threads: usize, queue: usize) -> Arc<Pool> {
-        let config = PoolConfig { threads, queue, small_bytes: 10 };
+        let config = PoolConfig { threads, queue, small_points: 10 };
         Arc::new(Pool::new(config, KeyShare(0.5)).unwrap())
     }
 

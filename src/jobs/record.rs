@@ -64,6 +64,8 @@ pub struct JobRecord {
     pub request: Vec<(String, String)>,
     /// Length of its input.
     pub input_bytes: u64,
+    /// How many points its input announces.
+    pub points: u64,
     /// Where it stands.
     pub state: JobState,
     /// When it was accepted, in milliseconds since 1970.
@@ -87,6 +89,8 @@ pub struct Submission {
     pub idempotency: Option<IdempotencyKey>,
     /// The request, as names and text.
     pub request: Vec<(String, String)>,
+    /// How many points its cloud announces.
+    pub points: u64,
 }
 
 impl JobRecord {
@@ -98,6 +102,7 @@ impl JobRecord {
             idempotency: submission.idempotency,
             request: submission.request,
             input_bytes,
+            points: submission.points,
             state: JobState::Queued,
             created_ms: now_ms(),
             started_ms: None,

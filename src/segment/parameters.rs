@@ -102,6 +102,11 @@ pub enum ParameterKind {
     Boolean,
     /// Three comma-separated numbers, not all zero.
     Direction,
+    /// Three different comma-separated whole numbers in `1..=max`.
+    Columns {
+        /// Largest number.
+        max: u64,
+    },
 }
 
 /// One row of the parameter table.
@@ -301,6 +306,7 @@ impl std::fmt::Display for ParameterKind {
             Self::Integer { min, max } => write!(f, "a whole number from {min} to {max}"),
             Self::Boolean => write!(f, "true or false"),
             Self::Direction => write!(f, "three numbers x,y,z, not all zero"),
+            Self::Columns { max } => write!(f, "three different whole numbers from 1 to {max}"),
         }
     }
 }

@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 
 use super::{Document, Input, Request, ServiceError, Timing, UnassignedPoints};
 use crate::{
-    formats::{self, Format, Limits, Watched},
+    formats::{self, Format, Hints, Limits, Watched},
     geometry::PointCloud,
     jobs::{Control, trace},
     segment::{Segmentation, segment},
@@ -45,7 +45,7 @@ pub fn compute(
     let told = |error: ServiceError| control.stop().map_or(error, ServiceError::from);
     let run = || {
         let cloud = trace::step("parse")
-            .in_scope(|| formats::read(bytes, format, &watched))
+            .in_scope(|| formats::read(bytes, Hints { format, ..request.hints() }, &watched))
             .map_err(|e| told(e.into()))?;
         let parse = begin.elapsed().as_secs_f64();
         let span = trace::step("segment");

@@ -246,9 +246,11 @@ impl From<FormatError> for ServiceError {
     fn from(error: FormatError) -> Self {
         let kind = match &error {
             FormatError::Empty => ErrorKind::EmptyBody,
-            FormatError::Unknown { .. } | FormatError::Compressed { .. } => {
-                ErrorKind::UnknownFormat
-            }
+            FormatError::Unknown { .. }
+            | FormatError::Foreign { .. }
+            | FormatError::Compressed { .. } => ErrorKind::UnknownFormat,
+            FormatError::ColumnsOfNoText { .. } => ErrorKind::InvalidParameter,
+            FormatError::OutOfMemory { .. } => ErrorKind::Overloaded,
             FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
             FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
             FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,

@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use super::{
     Answer, Caller, Document, ErrorKind, Representation, Request, Service, ServiceError, Upload,
-    compute, sha256,
+    compute, segmentations::Announced, sha256,
 };
 use crate::{
     formats::{self, Format, Limits},
@@ -84,14 +84,18 @@ impl Service {
         upload: Upload,
         request: Request,
     ) -> Result<(Arc<Job>, bool), ServiceError> {
-        let (bytes, held) = upload.into_parts();
-        if bytes.is_empty() {
+        if upload.bytes().is_empty() {
             return Err(formats::FormatError::Empty.into());
         }
         let format = request.format.map(Format::name);
-        trace::note(|facts| (facts.format, facts.bytes) = (format, Some(bytes.len())));
-        let idempotency = key.map(|key| idempotency_key(key, &request, &bytes)).transpose()?;
-        let submission = Submission { owner: caller, idempotency, request: request.given };
+        trace::note(|facts| (facts.format, facts.bytes) = (format, Some(upload.bytes().len())));
+        let idempotency =
+            key.map(|key| idempotency_key(key, &request, upload.bytes())).transpose()?;
+        let (upload, Announced { points, decoded }) = self.announced(upload, &request).await?;
+        let (bytes, held) = upload.into_parts();
+        // taken now: a job that is accepted has the room it needs
+        held.grow_to(bytes.len() as u64 + decoded)?;
+        let submission = Submission { owner: caller, idempotency, request: request.given, points };
         let (job, is_new) = self.book().submit(submission, bytes.into(), held).await?;
         trace::note(|facts| facts.job = Some(job.record().id.to_string()));
         Ok((job, is_new))
@@ -153,7 +157,8 @@ impl Service {
         let (result, request) = self.kept_result(caller, id, held).await?;
         let record = self.job(caller, id)?.record();
         let input = if with_cloud {
-            held.grow_to(record.result_bytes + record.input_bytes)?;
+            let decoded = record.points.saturating_mul(formats::BYTES_PER_POINT);
+            held.grow_to(record.result_bytes + record.input_bytes + decoded)?;
             Some(self.book().input(record.id).await?.ok_or_else(|| expired(id))?)
         } else {
             None
@@ -161,7 +166,7 @@ impl Service {
         let limits = self.limits();
         let write = move || {
             let document: Document = serde_json::from_slice(&result)?;
-            let cloud = input.map(|bytes| formats::read(&bytes, request.format, &limits));
+            let cloud = input.map(|bytes| formats::read(&bytes, request.hints(), &limits));
             let cloud = cloud.transpose()?.unwrap_or_default();
             tell(Answer { document, cloud: Arc::new(cloud) }, request.labels)
         };

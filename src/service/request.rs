@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use super::{ErrorKind, ServiceError};
 use crate::{
-    formats::Format,
+    formats::{Columns, Format, Hints},
     segment::{PARAMETERS, ParameterKind, ParameterSpec, Parameters},
 };
 
@@ -16,6 +16,13 @@ pub const OPTIONS: &[ParameterSpec] = &[
         unit: None,
         default: None,
         help: "The cloud's format (from its media type, file name or bytes when absent); other usual endings, such as csv, txt and laz, name it too",
+    },
+    ParameterSpec {
+        name: "columns",
+        kind: ParameterKind::Columns { max: Columns::MAX },
+        unit: None,
+        default: None,
+        help: "Which columns of a text are x, y and z, counted from 1, such as 2,3,4 behind a running number (by their names, or the first three, when absent)",
     },
     ParameterSpec {
         name: "labels",
@@ -45,7 +52,8 @@ pub fn specs() -> impl Iterator<Item = &'static ParameterSpec> {
 
 /// Whether a parameter takes several values.
 pub fn is_list(spec: &ParameterSpec) -> bool {
-    matches!(spec.kind, ParameterKind::List(_) | ParameterKind::Direction)
+    use ParameterKind::{Columns, Direction, List};
+    matches!(spec.kind, List(_) | Direction | Columns { .. })
 }
 
 /// What to do with a cloud.
@@ -55,6 +63,8 @@ pub struct Request {
     pub parameters: Parameters,
     /// The cloud's format; worked out from the bytes when absent.
     pub format: Option<Format>,
+    /// The columns of a text; by their names or their place when absent.
+    pub columns: Option<Columns>,
     /// Whether the answer holds the labels.
     pub labels: bool,
     /// Longest time the work may take.
@@ -68,6 +78,7 @@ impl Default for Request {
         Self {
             parameters: Parameters::default(),
             format: None,
+            columns: None,
             labels: true,
             deadline: None,
             given: Vec::new(),
@@ -110,6 +121,9 @@ impl Request {
                 self.given.push((name.to_owned(), format.name().to_owned()));
                 return Ok(());
             }
+            "columns" => {
+                self.columns = Some(columns(text).ok_or_else(|| invalid(name, value))?);
+            }
             "labels" => {
                 self.labels = match text {
                     "inline" => true,
@@ -129,6 +143,11 @@ impl Request {
         }
         self.given.push((name.to_owned(), text.to_owned()));
         Ok(())
+    }
+
+    /// What the request says of the cloud's bytes.
+    pub fn hints(&self) -> Hints {
+        Hints { format: self.format, columns: self.columns }
     }
 
     /// Takes the format from where the request does not name it.
@@ -152,6 +171,12 @@ fn check_length(name: &str, text: &str) -> Result<(), ServiceError> {
         text.len()
     );
     Err(ServiceError::new(ErrorKind::InvalidParameter, detail))
+}
+
+fn columns(text: &str) -> Option<Columns> {
+    let numbers: Vec<u64> =
+        text.split(',').map(|number| number.trim().parse().ok()).collect::<Option<_>>()?;
+    Columns::new(numbers.try_into().ok()?)
 }
 
 fn invalid(name: &str, value: &str) -> ServiceError {
@@ -191,12 +216,14 @@ mod tests {
     fn options_and_parameters_are_set_by_name() {
         let request = Request::from_pairs([
             ("format", "ply"),
+            ("columns", "4, 3,2"),
             ("labels", "none"),
             ("deadline", "1.5"),
             ("tolerance", "0.25"),
         ]);
         let request = request.unwrap();
         assert_eq!(request.format, Some(Format::Ply));
+        assert_eq!(request.hints().columns, Columns::new([4, 3, 2]));
         assert_eq!(request.deadline, Some(Duration::from_millis(1500)));
         assert!(!request.labels && request.parameters.tolerance == Some(0.25));
     }
@@ -239,6 +266,12 @@ mod tests {
         for (name, value) in [("deadline", "0.09"), ("deadline", "86401"), ("labels", "some")] {
             assert_eq!(kind(name, value), Err(ErrorKind::InvalidParameter), "{name}={value}");
         }
+        for value in
+            ["", "1,2", "1,2,3,4", "1,2,2", "0,1,2", "1,2,1001", "x,y,z", "1.0,2,3", "-1,2,3"]
+        {
+            assert_eq!(kind("columns", value), Err(ErrorKind::InvalidParameter), "{value}");
+        }
+        assert!(kind("columns", "1,2,1000").is_ok());
         assert!(kind("deadline", "86400").is_ok() && kind("deadline", "0.1").is_ok());
     }
 }

@@ -5,14 +5,14 @@ use std::{
 };
 
 use super::{
-    Answer, Caller, Keys, Peer, Request, ServiceError, Upload, compute, jobs::SegmentationRunner,
-    keys,
+    Answer, Caller, ErrorKind, Keys, Peer, Request, ServiceError, Upload, compute,
+    jobs::SegmentationRunner, keys,
 };
 use crate::{
-    formats::Limits,
+    formats::{self, Limits},
     jobs::{
         Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, KeyShare, MemoryStore, Pool,
-        PoolConfig, Stop, Store, StoreError, trace,
+        PoolConfig, PoolError, Stop, Store, StoreError, trace,
     },
 };
 
@@ -64,6 +64,15 @@ pub enum StartError {
     /// The jobs cannot be read.
     #[error("cannot open the jobs kept on disk: {0}")]
     Store(#[from] StoreError),
+}
+
+/// What the head of a cloud says of its size, before anything is unpacked.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Announced {
+    /// How many points there will be at most.
+    pub points: u64,
+    /// Bytes that they take in memory beside the upload.
+    pub decoded: u64,
 }
 
 /// The use cases, and what they share.
@@ -173,13 +182,18 @@ impl Service {
         let deadline = Instant::now() + self.time_for(&request);
         let control = Control::new(Some(deadline));
         let guard = control.cancel_on_drop();
-        let lane = self.pool.lane(upload.bytes().len());
+        let (upload, Announced { points, decoded }) = self.announced(upload, &request).await?;
+        // given back when the run has ended, while the upload's share goes on with the answer
+        let room = self.share();
+        room.charge(upload.held().owner().as_deref())?;
+        room.grow_to(decoded)?;
+        let lane = self.pool.lane(points);
         let work = move || {
             let answer = compute(upload.bytes(), &request, &limits, &control)?;
             let cloud = Arc::clone(&answer.cloud);
             let told = tell(answer, request.labels);
             // the system takes milliseconds to take large clouds back, and the caller need not wait
-            rayon::spawn(move || drop((upload, cloud)));
+            rayon::spawn(move || drop((upload, cloud, room)));
             told
         };
         let run = self.pool.run(Some(place), lane, work);
@@ -187,6 +201,41 @@ impl Service {
         let done = done.map_err(|_| ServiceError::from(Stop::Deadline))?;
         guard.release();
         done?
+    }
+
+    /// What an upload announces.
+    ///
+    /// # Errors
+    /// It would never have room in the budget.
+    pub(super) async fn announced(
+        &self,
+        upload: Upload,
+        request: &Request,
+    ) -> Result<(Upload, Announced), ServiceError> {
+        let hints = request.hints();
+        // counting the lines of a large text takes a while
+        let look = move || {
+            let points = formats::announced_points(upload.bytes(), hints);
+            (points, formats::bytes_beside(upload.bytes(), hints), upload)
+        };
+        let looked = tokio::task::spawn_blocking(look).await;
+        let (announced, beside, upload) =
+            looked.map_err(|_| ServiceError::from(PoolError::Closed))?;
+        // a text may have lines that are no points: the reader counts those that are
+        let points = announced.min(self.limits().max_points as u64);
+        let decoded = points.saturating_mul(formats::BYTES_PER_POINT).saturating_add(beside);
+        let all = decoded.saturating_add(upload.bytes().len() as u64);
+        if all > self.budget.limit() {
+            let limit = self.budget.limit();
+            return Err(ServiceError::new(
+                ErrorKind::TooManyPoints,
+                format!(
+                    "the cloud with up to {points} points takes {all} bytes and all clouds together \
+                     may take {limit}: thin it out, or raise max_bytes_in_flight"
+                ),
+            ));
+        }
+        Ok((upload, Announced { points, decoded }))
     }
 
     fn time_for(&self, request: &Request) -> Duration {

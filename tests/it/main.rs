@@ -19,6 +19,7 @@ mod joints;
 mod parameters;
 mod properties;
 mod representations;
+mod room;
 mod routes;
 mod same_answer;
 mod service;

@@ -6,10 +6,13 @@ use std::{io::Cursor, sync::atomic::Ordering};
 
 use super::{
     Bounds, Format, FormatError,
-    guard::{check_density, guarded},
+    guard::{MAX_POINTS_PER_BYTE, check_density, guarded},
+    memory::room_for,
 };
 use crate::geometry::{PointCloud, Vec3};
 
+/// The bit of the point format that LAZ sets.
+const COMPRESSED: u8 = 128;
 /// Bytes decoded at a time.
 const BATCH_BYTES: usize = 1 << 20;
 
@@ -38,12 +41,15 @@ fn read_points(
     let header = reader.header();
     let (total, record) = (header.number_of_points(), usize::from(header.point_format().len()));
     let batch = (BATCH_BYTES / record.max(1)).max(1) as u64;
-    let mut points = Vec::new();
+    let mut points = match room_for(total) {
+        Ok(points) => points,
+        Err(error) => return Ok(Err(error)),
+    };
     while (points.len() as u64) < total {
         if let Err(error) = limits.go_on() {
             return Ok(Err(error));
         }
-        let read = reader.read_points(batch)?;
+        let read = reader.read_points(batch.min(total - points.len() as u64))?;
         if read.is_empty() {
             break;
         }
@@ -86,6 +92,22 @@ fn without_extended_records(bytes: &[u8]) -> Result<Vec<u8>, FormatError> {
         announced.fill(0);
     }
     Ok(file)
+}
+
+/// The points that the header announces, as far as the bytes can hold them.
+pub(super) fn most_points(bytes: &[u8]) -> u64 {
+    // the older count is 0 where it is too small, the newer one is there from version 1.4 on
+    let older = u32_at(bytes, 107).unwrap_or_default();
+    let newer = bytes.get(25).filter(|minor| **minor >= 4).and_then(|_| u64_at(bytes, 247));
+    let announced = newer.unwrap_or_default().max(older) as u64;
+    let most = if bytes.get(104).is_some_and(|format| format & COMPRESSED != 0) {
+        (bytes.len() as u64).saturating_mul(MAX_POINTS_PER_BYTE)
+    } else {
+        let record = u16_at(bytes, 105).unwrap_or_default().max(1);
+        let body = bytes.len().saturating_sub(point_offset(bytes).unwrap_or_default());
+        (body / record) as u64
+    };
+    announced.min(most)
 }
 
 fn damaged(reason: &str) -> FormatError {

@@ -9,7 +9,8 @@ use header::{Data, Header};
 
 use super::{
     Bounds, Format, FormatError,
-    scalar::{Column, Endian, decode_column, decode_records},
+    memory::{room_for, zeros},
+    scalar::{Column, Endian, Scalar, decode_column, decode_records},
     text::Words,
 };
 use crate::geometry::{PointCloud, Vec3};
@@ -50,34 +51,89 @@ fn binary(body: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>
         Column { scalar: header.fields[place].scalar, offset }
     });
     let records = &body[..count * header.stride()];
-    Ok(decode_records(records, header.stride(), Endian::Little, columns))
+    decode_records(records, header.stride(), Endian::Little, columns)
 }
 
-/// One LZF block with all values of the first field, then all of the second, and so on.
+/// One LZF block with all values of the first field, then all of the second, and so on. Nothing but the
+/// coordinates is kept of it, for a block may unpack to 88 times its size.
 fn compressed(body: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>, FormatError> {
     let damaged =
         |reason: &str| FormatError::Damaged { format: Format::Pcd, reason: reason.into() };
-    let size = |at: usize| body.get(at..)?.first_chunk().map(|&b| u32::from_le_bytes(b) as usize);
-    let (Some(packed), Some(unpacked)) = (size(0), size(4)) else {
-        return Err(truncated(header, 0));
-    };
-    let block = body.get(8..).and_then(|b| b.get(..packed)).ok_or_else(|| truncated(header, 0))?;
+    let (block, unpacked) = block(body).ok_or_else(|| truncated(header, 0))?;
     if unpacked > block.len().saturating_mul(lzf::MAX_RATIO) {
         return Err(damaged("its compressed block cannot hold the announced size"));
     }
     let count = checked_count(header, (unpacked / header.stride()) as u64, limits)?;
-    let columns = header.coordinates()?;
-    let data = lzf::decompress(block, unpacked);
-    let data = data.ok_or_else(|| damaged("its compressed block does not unpack"))?;
-    let mut points = vec![Vec3::zeros(); count];
-    for (axis, place) in columns.into_iter().enumerate() {
-        let start: usize = header.fields[..place].iter().map(|f| f.size() * count).sum();
-        let field = &header.fields[place];
-        let values = &data[start..start + field.size() * count];
-        let column = Column { scalar: field.scalar, offset: 0 };
-        decode_column(values, field.size(), Endian::Little, column, &mut points, axis);
+    let mut points = zeros(count as u64)?;
+    let mut columns = header.coordinates()?.map(|place| Lane {
+        start: header.fields[..place].iter().map(|f| f.size() * count).sum(),
+        stride: header.fields[place].size(),
+        scalar: header.fields[place].scalar,
+        done: 0,
+    });
+    let mut unpacker = lzf::Unpacker::new(block, unpacked);
+    while columns.iter().any(|column| column.done < count) {
+        limits.go_on()?;
+        let window =
+            unpacker.next().ok_or_else(|| damaged("its compressed block does not unpack"))?;
+        for (axis, column) in columns.iter_mut().enumerate() {
+            column.take(&window, &mut points, axis);
+        }
     }
     Ok(points)
+}
+
+/// The compressed block and the size it unpacks to.
+fn block(body: &[u8]) -> Option<(&[u8], usize)> {
+    let size = |at: usize| body.get(at..)?.first_chunk().map(|&b| u32::from_le_bytes(b) as usize);
+    let (packed, unpacked) = (size(0)?, size(4)?);
+    Some((body.get(8..)?.get(..packed)?, unpacked))
+}
+
+/// The values of one coordinate in what a block unpacks to, one behind the other.
+struct Lane {
+    /// Where the first one begins.
+    start: usize,
+    /// From one to the next.
+    stride: usize,
+    scalar: Scalar,
+    /// How many have been read.
+    done: usize,
+}
+
+impl Lane {
+    /// Reads the values that end within `window`.
+    fn take(&mut self, window: &lzf::Window, points: &mut [Vec3], axis: usize) {
+        let ended = window.end().saturating_sub(self.start);
+        let whole = (ended + self.stride).saturating_sub(self.scalar.size()) / self.stride;
+        let whole = whole.min(points.len());
+        let begin = self.start + self.done * self.stride;
+        let Some(bytes) = begin.checked_sub(window.start).and_then(|at| window.bytes.get(at..))
+        else {
+            return;
+        };
+        if let Some(new) = points.get_mut(self.done..whole) {
+            let column = Column { scalar: self.scalar, offset: 0 };
+            decode_column(bytes, self.stride, Endian::Little, column, new, axis);
+            self.done = whole;
+        }
+    }
+}
+
+/// The points that the header announces, as far as the bytes can hold them.
+///
+/// # Errors
+/// The header is wrong.
+pub(super) fn most_points(bytes: &[u8]) -> Result<u64, FormatError> {
+    let header = Header::parse(bytes)?;
+    let body = &bytes[header.body..];
+    let most = match header.data {
+        // a number takes two bytes
+        Data::Ascii => body.len().div_ceil(2 * header.fields.len()),
+        Data::Binary => body.len() / header.stride(),
+        Data::Compressed => body.len().saturating_mul(lzf::MAX_RATIO) / header.stride(),
+    };
+    Ok(header.points.min(most as u64))
 }
 
 fn ascii(bytes: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>, FormatError> {
@@ -88,7 +144,7 @@ fn ascii(bytes: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>
     let places = header
         .coordinates()?
         .map(|place| header.fields[..place].iter().map(|f| f.count).sum::<usize>());
-    let mut points = Vec::with_capacity(count);
+    let mut points = room_for(count as u64)?;
     while points.len() < count {
         limits.check(points.len() as u64 + 1)?;
         let mut point = Vec3::zeros();

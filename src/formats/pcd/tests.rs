@@ -119,3 +119,70 @@ fn headers_without_coordinates_or_with_odd_entries_are_refused() {
         }
     }
 }
+
+/// A block that unpacks to 4 + 264 n bytes, all 0.
+fn zeros_of(n: usize) -> Vec<u8> {
+    let mut block = vec![3, 0, 0, 0, 0];
+    block.extend([0b111_00000, 255, 0].repeat(n));
+    block
+}
+
+/// A compressed cloud of `points` at the origin with `pad` bytes more a point.
+fn bomb(points: usize, pad: usize) -> Vec<u8> {
+    let steps = points * (12 + pad) / 264 + 1;
+    let (block, unpacked) = (zeros_of(steps), 4 + 264 * steps);
+    let mut file = format!(
+        "FIELDS pad x y z\nSIZE 1 4 4 4\nTYPE U F F F\nCOUNT {pad} 1 1 1\nWIDTH {points}\nHEIGHT 1\n\
+         POINTS {points}\nDATA binary_compressed\n"
+    )
+    .into_bytes();
+    file.extend((block.len() as u32).to_le_bytes());
+    file.extend((unpacked as u32).to_le_bytes());
+    file.extend(block);
+    file
+}
+
+#[test]
+fn what_is_no_coordinate_is_passed_over_as_it_unpacks() {
+    // 100 MB of them: they are unpacked a page at a time
+    let points = 100;
+    let cloud = parse(&bomb(points, 1_000_000)).unwrap();
+    assert!(cloud.points.len() == points && cloud.points.iter().all(|p| p.norm() == 0.0));
+}
+
+#[test]
+fn unpacking_stops_when_the_cloud_is_not_wanted_any_more() {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let looks = AtomicUsize::new(0);
+    let stopped = || looks.fetch_add(1, Ordering::Relaxed) >= 5;
+    let watched = crate::formats::Watched { limits: Limits::default(), stopped: &stopped };
+    assert_eq!(read(&bomb(100, 1_000_000), &watched), Err(FormatError::Stopped));
+    assert_eq!(looks.into_inner(), 6);
+}
+
+#[test]
+fn columns_that_end_between_two_steps_are_put_together() {
+    let points = 20_000;
+    let mut plain = Vec::new();
+    // an odd column before the others
+    plain.extend(vec![7u8; points]);
+    for axis in 0..3 {
+        (0..points).for_each(|i| plain.extend((i as f32 + axis as f32 * 0.25).to_le_bytes()));
+    }
+    let block: Vec<u8> =
+        plain.chunks(32).flat_map(|run| [&[run.len() as u8 - 1], run].concat()).collect();
+    let mut file = format!(
+        "FIELDS pad x y z\nSIZE 1 4 4 4\nTYPE U F F F\nWIDTH {points}\nHEIGHT 1\n\
+         DATA binary_compressed\n"
+    )
+    .into_bytes();
+    file.extend((block.len() as u32).to_le_bytes());
+    file.extend((plain.len() as u32).to_le_bytes());
+    file.extend(block);
+    let cloud = parse(&file).unwrap();
+    for (i, p) in cloud.points.iter().enumerate() {
+        let x = i as f64;
+        assert_eq!(*p, Vec3::new(x, x + 0.25, x + 0.5));
+    }
+    assert_eq!(cloud.points.len(), points);
+}

@@ -1,4 +1,4 @@
-use super::super::{Bounds, Format, FormatError, text::Words};
+use super::super::{Bounds, Format, FormatError, memory::room_for, text::Words};
 use super::header::{Element, Header, Kind, Vertex};
 use crate::geometry::Vec3;
 
@@ -22,7 +22,7 @@ pub(super) fn read(
         return Err(truncated(available));
     }
     limits.check(element.count)?;
-    let mut points = Vec::with_capacity(element.count as usize);
+    let mut points = room_for(element.count)?;
     for _ in 0..element.count {
         limits.check(points.len() as u64 + 1)?;
         let point = record(&mut words, element, vertex.coordinates)?;
@@ -49,7 +49,7 @@ fn record(
 }
 
 /// Passes over a whole element; `None` where the words end first.
-fn skip(words: &mut Words, element: &Element) -> Result<Option<()>, FormatError> {
+pub(super) fn skip(words: &mut Words, element: &Element) -> Result<Option<()>, FormatError> {
     if element.properties.is_empty() {
         return Ok(Some(()));
     }
@@ -65,7 +65,11 @@ fn skip(words: &mut Words, element: &Element) -> Result<Option<()>, FormatError>
 }
 
 /// Passes over a list's items; `word` is its count.
-fn skip_list(words: &mut Words, kind: Kind, word: &[u8]) -> Result<Option<()>, FormatError> {
+pub(super) fn skip_list(
+    words: &mut Words,
+    kind: Kind,
+    word: &[u8],
+) -> Result<Option<()>, FormatError> {
     let Kind::List { .. } = kind else { return Ok(Some(())) };
     let count: Option<u64> = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok());
     let count = count.ok_or_else(|| words.bad_number(word))?;

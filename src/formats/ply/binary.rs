@@ -1,6 +1,7 @@
 use super::super::{
     Bounds, Format, FormatError,
-    scalar::{Column, Endian, decode_records},
+    memory::room_for,
+    scalar::{Column, Endian, Scalar, decode_records},
 };
 use super::header::{Element, Header, Kind, Vertex};
 use crate::geometry::Vec3;
@@ -13,7 +14,7 @@ pub(super) fn read(
     endian: Endian,
     limits: &dyn Bounds,
 ) -> Result<Vec<Vec3>, FormatError> {
-    let mut body = Body { rest: &bytes[header.body..], endian };
+    let mut body = Body::new(&bytes[header.body..], endian);
     let element = &header.elements[vertex.element];
     for other in &header.elements[..vertex.element] {
         body.skip(other).ok_or_else(|| truncated(element.count, 0))?;
@@ -43,7 +44,7 @@ fn fixed(
     limits.check(element.count)?;
     let columns = vertex.coordinates.map(|place| column(element, place));
     let records = &body.rest[..element.count as usize * stride];
-    Ok(decode_records(records, stride, body.endian, columns))
+    decode_records(records, stride, body.endian, columns)
 }
 
 /// The column of the scalar property at `place` of an element without lists.
@@ -63,7 +64,9 @@ fn varying(
     vertex: &Vertex,
     limits: &dyn Bounds,
 ) -> Result<Vec<Vec3>, FormatError> {
-    let mut points = Vec::new();
+    // a record has a byte at least, a list's count
+    let most = element.count.min(body.rest.len() as u64);
+    let mut points = room_for(most.min(limits.most()))?;
     while (points.len() as u64) < element.count {
         limits.check(points.len() as u64 + 1)?;
         let point = body.record(element, vertex.coordinates);
@@ -73,19 +76,23 @@ fn varying(
 }
 
 /// The bytes not yet read.
-struct Body<'a> {
+pub(super) struct Body<'a> {
     rest: &'a [u8],
     endian: Endian,
 }
 
-impl Body<'_> {
+impl<'a> Body<'a> {
+    pub(super) fn new(rest: &'a [u8], endian: Endian) -> Self {
+        Self { rest, endian }
+    }
+
     fn advance(&mut self, bytes: usize) -> Option<()> {
         self.rest = self.rest.get(bytes..)?;
         Some(())
     }
 
     /// Passes over a whole element; `None` where the bytes end first.
-    fn skip(&mut self, element: &Element) -> Option<()> {
+    pub(super) fn skip(&mut self, element: &Element) -> Option<()> {
         if let Some(stride) = element.stride() {
             return self.advance(usize::try_from(element.count).ok()?.checked_mul(stride)?);
         }
@@ -96,7 +103,7 @@ impl Body<'_> {
     }
 
     /// Passes over one property and gives the scalar's value (the count for a list).
-    fn property(&mut self, kind: Kind) -> Option<f64> {
+    pub(super) fn property(&mut self, kind: Kind) -> Option<f64> {
         let (Kind::Scalar(scalar) | Kind::List { count: scalar, .. }) = kind;
         let value = scalar.read(self.endian, self.rest)?;
         self.advance(scalar.size())?;
@@ -105,6 +112,19 @@ impl Body<'_> {
             self.advance((value as usize).checked_mul(item.size())?)?;
         }
         Some(value)
+    }
+
+    /// Reads a list of places into `items`, those there were given up.
+    pub(super) fn list(&mut self, count: Scalar, item: Scalar, items: &mut Vec<u32>) -> Option<()> {
+        items.clear();
+        let length = count.read(self.endian, self.rest)? as usize;
+        self.advance(count.size())?;
+        let bytes = self.rest.get(..length.checked_mul(item.size())?)?;
+        // a negative place becomes the first: such a face is as good as none
+        items.extend(
+            bytes.chunks(item.size()).filter_map(|b| Some(item.read(self.endian, b)? as u32)),
+        );
+        self.advance(bytes.len())
     }
 
     fn record(&mut self, element: &Element, coordinates: [usize; 3]) -> Option<Vec3> {

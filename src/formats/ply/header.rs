@@ -149,7 +149,17 @@ impl<'a> Header<'a> {
     }
 }
 
+impl Property<'_> {
+    pub(super) fn is_named(&self, name: &str) -> bool {
+        self.name == name.as_bytes()
+    }
+}
+
 impl Element<'_> {
+    pub(super) fn is_named(&self, name: &str) -> bool {
+        self.name == name.as_bytes()
+    }
+
     /// Bytes of a binary record; `None` where lists make it vary.
     pub(super) fn stride(&self) -> Option<usize> {
         self.properties.iter().try_fold(0, |sum, p| match p.kind {

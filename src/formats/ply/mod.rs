@@ -5,11 +5,12 @@
 
 mod ascii;
 mod binary;
+mod faces;
 mod header;
 
 use header::{Encoding, Header};
 
-use super::{Bounds, FormatError};
+use super::{Bounds, Format, FormatError};
 use crate::geometry::PointCloud;
 
 /// Reads the vertices of a PLY file in their order.
@@ -23,7 +24,24 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
         Encoding::Ascii => ascii::read(bytes, &header, &vertex, limits)?,
         Encoding::Binary(endian) => binary::read(bytes, &header, &vertex, endian, limits)?,
     };
+    faces::read(bytes, &header, points.len()).check(Format::Ply, &points)?;
     Ok(PointCloud { grid: header.grid(points.len()), ..PointCloud::from_points(points) })
+}
+
+/// The points that the header announces, as far as the bytes can hold them.
+///
+/// # Errors
+/// The header is wrong.
+pub(super) fn most_points(bytes: &[u8]) -> Result<u64, FormatError> {
+    let header = Header::parse(bytes)?;
+    let element = &header.elements[header.vertex()?.element];
+    let body = bytes.len().saturating_sub(header.body);
+    // a number takes two bytes of text; a list that varies takes a byte for its count
+    let record = match (header.encoding, element.stride()) {
+        (Encoding::Ascii, _) => 2 * element.properties.len(),
+        (Encoding::Binary(_), stride) => stride.unwrap_or(element.properties.len()),
+    };
+    Ok(element.count.min(body.div_ceil(record.max(1)) as u64))
 }
 
 #[cfg(test)]

@@ -148,3 +148,58 @@ fn header_errors_say_what_is_wrong() {
         Err(FormatError::BadNumber { format: Format::Ply, line: 9, text: "five".into() })
     );
 }
+
+/// A CAD mesh of a cylinder, its faces before or behind its vertices.
+fn cad(format: &str, faces_first: bool) -> Vec<u8> {
+    let (points, faces) = crate::formats::mesh::tests::turned(64, 15.0, 40.0, 15.0);
+    let mut elements = [
+        format!("element vertex {}\n{XYZ}", points.len()),
+        format!("element face {}\nproperty list uchar int vertex_indices\n", faces.len()),
+    ];
+    let mut bodies = [vec![], vec![]];
+    let ascii = format == "ascii";
+    for p in points {
+        let text = format!("{} {} {}\n", p.x, p.y, p.z).into_bytes();
+        let bytes = p.iter().flat_map(|&x| (x as f32).to_be_bytes()).collect();
+        bodies[0].extend::<Vec<u8>>(if ascii { text } else { bytes });
+    }
+    for f in faces {
+        let text = format!("3 {} {} {}\n", f[0], f[1], f[2]).into_bytes();
+        let bytes = std::iter::once(3).chain(f.iter().flat_map(|i| i.to_be_bytes())).collect();
+        bodies[1].extend::<Vec<u8>>(if ascii { text } else { bytes });
+    }
+    if faces_first {
+        elements.reverse();
+        bodies.reverse();
+    }
+    let header = format!("ply\nformat {format} 1.0\n{}end_header\n", elements.concat());
+    [header.into_bytes(), bodies.concat()].concat()
+}
+
+#[test]
+fn the_vertices_of_a_cad_mesh_are_refused() {
+    for format in ["ascii", "binary_big_endian"] {
+        for faces_first in [false, true] {
+            let file = cad(format, faces_first);
+            let refused = FormatError::CadMesh { format: Format::Ply, vertices: 130 };
+            assert_eq!(parse(&file), Err(refused), "{format}");
+            // the same vertices without faces are points
+            let text = String::from_utf8_lossy(&file).into_owned();
+            if format == "ascii" && !faces_first {
+                let cloud = parse(text.replace("element face", "element other").as_bytes());
+                assert_eq!(cloud.unwrap().points.len(), 130);
+            }
+        }
+    }
+}
+
+#[test]
+fn faces_that_cannot_be_read_are_no_error() {
+    for face in ["3 0 1", "x", "3 0 1 99", "-1 0"] {
+        let header = format!(
+            "element vertex 2\n{XYZ}element face 9\nproperty list uchar int vertex_index\n"
+        );
+        let cloud = parse(&ascii(&header, &format!("1 2 3\n4 5 6\n{face}\n")));
+        assert_eq!(cloud.unwrap().points.len(), 2, "{face}");
+    }
+}

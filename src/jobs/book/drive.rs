@@ -128,7 +128,7 @@ impl Book {
         mut place: Option<Place>,
         held: Option<&BytesHeld>,
     ) -> Option<Ending> {
-        let lane = self.pool.lane(usize::try_from(job.record().input_bytes).unwrap_or(usize::MAX));
+        let lane = self.pool.lane(job.record().points);
         let mut patience = Patience::default();
         loop {
             let (book, own, share) = (Arc::clone(self), Arc::clone(job), held.cloned());

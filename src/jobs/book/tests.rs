@@ -144,7 +144,7 @@ const CONFIG: BookConfig = BookConfig {
 
 fn book(store: &Arc<Moody>) -> Arc<Book> {
     let pool =
-        Pool::new(PoolConfig { threads: 1, queue: 4, small_bytes: 100 }, KeyShare::ALL).unwrap();
+        Pool::new(PoolConfig { threads: 1, queue: 4, small_points: 100 }, KeyShare::ALL).unwrap();
     Book::open(CONFIG, Arc::new(pool), Arc::<Moody>::clone(store), Arc::new(Lengths)).unwrap()
 }
 

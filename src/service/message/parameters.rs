@@ -75,6 +75,10 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
     if let Some(deadline) = message.deadline {
         request.set("deadline", &deadline.to_string())?;
     }
+    if !message.columns.is_empty() {
+        let columns = message.columns.iter().map(u32::to_string).collect::<Vec<_>>();
+        request.set("columns", &columns.join(","))?;
+    }
     for (name, value) in message.parameters.iter().flat_map(pairs) {
         request.set(name, &value)?;
     }

@@ -1,0 +1,71 @@
+use super::{Format, FormatError, Hints, e57, las, obj, pcd, ply, stl, text};
+
+/// Bytes that a point takes once it is read.
+pub const BYTES_PER_POINT: u64 = 24;
+
+/// How many points a cloud will have at most, by its header or, where it has none, by its length and
+/// lines; nothing is unpacked. Zero where [`super::read`] will refuse the bytes.
+///
+/// No more points are announced than the bytes can hold, however many the header claims: compressed
+/// formats are believed to hold up to 64 a byte.
+pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
+    let Some(format) = hints.into().format.or_else(|| Format::detect(bytes)) else { return 0 };
+    let most = match format {
+        Format::Xyz => Ok(text::line_count(bytes)),
+        Format::Obj => Ok(obj::most_points(bytes)),
+        Format::Stl => Ok(stl::most_points(bytes)),
+        Format::Ply => ply::most_points(bytes),
+        Format::Pcd => pcd::most_points(bytes),
+        Format::Las => Ok(las::most_points(bytes)),
+        Format::E57 => e57::most_points(bytes),
+    };
+    most.unwrap_or_else(|_: FormatError| 0)
+}
+
+/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy.
+pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
+    match hints.into().format.or_else(|| Format::detect(bytes)) {
+        Some(Format::Las) => bytes.len() as u64,
+        _ => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{Limits, hostile::files, read};
+
+    #[test]
+    fn every_format_announces_as_many_points_as_it_has_or_a_few_more() {
+        for (format, bytes) in files() {
+            let points = read(&bytes, None, &Limits::default()).unwrap().input_len as u64;
+            let announced = announced_points(&bytes, None);
+            assert!((points..=5 * points + 8).contains(&announced), "{format}: {announced}");
+        }
+    }
+
+    #[test]
+    fn claims_beyond_the_bytes_are_not_passed_on() {
+        let ply = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n\
+            property float y\nproperty float z\nend_header\n";
+        let pcd = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 4000000000\n\
+            HEIGHT 1\nDATA binary_compressed\n";
+        // twelve bytes a point, and 88 times as many of what LZF makes
+        for (head, most) in [(ply, 100), (pcd, 8800)] {
+            let bytes = [head.as_bytes(), &[0; 1200]].concat();
+            assert_eq!(announced_points(&bytes, None), most, "{head}");
+        }
+        let mut las = vec![0; 400];
+        las[..4].copy_from_slice(b"LASF");
+        las[24..26].copy_from_slice(&[1, 4]);
+        las[94] = 227;
+        (las[96], las[105]) = (227, 20);
+        las[247..255].fill(255);
+        assert_eq!(announced_points(&las, None), 8);
+        las[104] = 128;
+        assert_eq!(announced_points(&las, None), 64 * 400);
+        for format in Format::ALL {
+            assert!(announced_points(b"", Some(format)) <= 1, "{format}");
+        }
+    }
+}

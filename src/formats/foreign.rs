@@ -1,0 +1,192 @@
+//! Texts of other kinds, whose numbers must not be taken for points.
+
+use super::text;
+
+/// How much of a text is looked at.
+const HEAD_BYTES: usize = 64 * 1024;
+
+const SAMPLE: &str = "sample points on its surfaces and send those";
+const CONVERT: &str = "convert it to one of the formats read";
+const EXPORT: &str = "export its points as E57, PLY or text";
+
+/// A kind of text: what it is, and what to send instead.
+pub(super) type Kind = (&'static str, &'static str);
+
+/// Kinds told by the first words of their first line.
+const STARTS: [(&[u8], Kind); 19] = [
+    (b"# vtk DataFile", ("a VTK file", CONVERT)),
+    (b"#VRML", ("a VRML scene", SAMPLE)),
+    (b"#Inventor", ("an Inventor scene", SAMPLE)),
+    (b"ncols", ("an ESRI grid", CONVERT)),
+    (b"NCOLS", ("an ESRI grid", CONVERT)),
+    (b"DSAA", ("a Surfer grid", CONVERT)),
+    (b"ISO-10303-21", ("a STEP model", SAMPLE)),
+    (b"$MeshFormat", ("a Gmsh mesh", SAMPLE)),
+    (b"MeshVersionFormatted", ("a Medit mesh", SAMPLE)),
+    (b"*HEADING", ("an Abaqus mesh", SAMPLE)),
+    (b"*Heading", ("an Abaqus mesh", SAMPLE)),
+    (b"*NODE", ("an Abaqus mesh", SAMPLE)),
+    (b"*Node", ("an Abaqus mesh", SAMPLE)),
+    (b"HEADER    ", ("a PDB molecule", CONVERT)),
+    (b"ATOM  ", ("a PDB molecule", CONVERT)),
+    (b"<", ("XML or HTML", CONVERT)),
+    (b"{\\rtf", ("a document", CONVERT)),
+    (b"{", ("JSON", CONVERT)),
+    (b"[", ("JSON", CONVERT)),
+];
+
+/// What a text is, if it is of a known kind that holds no cloud, or holds one in a way that is not read.
+pub(super) fn kind(bytes: &[u8]) -> Option<Kind> {
+    let text = text::without_bom(bytes);
+    let head = &text[..text.len().min(HEAD_BYTES)];
+    let first = head.trim_ascii_start();
+    if let Some((_, kind)) = STARTS.iter().find(|(start, _)| first.starts_with(start)) {
+        return Some(*kind);
+    }
+    let told = text::lines(head).map(<[u8]>::trim_ascii);
+    let told = told.filter(|line| !line.is_empty() && !text::is_comment(line));
+    let rows: Vec<Vec<&[u8]>> = told.take(30).map(fields).collect();
+    if is_off(rows.first()?) {
+        return Some(("an OFF mesh", SAMPLE));
+    }
+    if is_dxf(&rows) {
+        return Some(("a DXF drawing", CONVERT));
+    }
+    if is_ptx(&rows) {
+        return Some(("a PTX file", EXPORT));
+    }
+    if is_node(&rows) {
+        return Some(("a TetGen node file", "delete its first line and name columns=2,3,4"));
+    }
+    let is_row = |row: &&Vec<&[u8]>| row.iter().filter(|f| text::number(f).is_some()).count() >= 3;
+    has_faces(text, rows.iter().find(is_row)?).then_some(("a mesh with faces", SAMPLE))
+}
+
+fn fields(line: &[u8]) -> Vec<&[u8]> {
+    line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect()
+}
+
+fn count(field: &[u8]) -> Option<u64> {
+    std::str::from_utf8(field).ok()?.parse().ok()
+}
+
+/// The numbers of a line that has nothing else.
+fn counts(row: &[&[u8]]) -> Option<Vec<u64>> {
+    row.iter().map(|field| count(field)).collect()
+}
+
+/// Whether every one of `n` fields is a number.
+fn has_numbers(row: &[&[u8]], n: usize) -> bool {
+    row.len() == n && row.iter().all(|field| text::number(field).is_some())
+}
+
+/// `OFF`, with letters before it for what each vertex has; counts may stand in the same line.
+fn is_off(first: &[&[u8]]) -> bool {
+    let [word, counts @ ..] = first else { return false };
+    let letters = word.strip_suffix(b"OFF").or_else(|| word.strip_suffix(b"off"));
+    let known = |letters: &[u8]| letters.iter().all(|b| b"STCN4nstc".contains(b));
+    letters.is_some_and(known) && counts.iter().all(|c| count(c).is_some() || *c == b"BINARY")
+}
+
+/// `0` and `SECTION`, pairs of a code and a value.
+fn is_dxf(rows: &[Vec<&[u8]>]) -> bool {
+    matches!(rows, [zero, section, ..]
+        if zero[..] == [b"0".as_slice()] && section[..] == [b"SECTION".as_slice()])
+}
+
+/// Columns and rows, each in a line, then a place and three axes, then a matrix.
+fn is_ptx(rows: &[Vec<&[u8]>]) -> bool {
+    let [columns, lines, rest @ ..] = rows else { return false };
+    let is_count = |row: &[&[u8]]| row.len() == 1 && count(row[0]).is_some();
+    is_count(columns)
+        && is_count(lines)
+        && rest.len() >= 8
+        && rest[..4].iter().all(|row| has_numbers(row, 3))
+        && rest[4..8].iter().all(|row| has_numbers(row, 4))
+}
+
+/// Points, the dimension 3, attributes and markers; then rows that begin with 0 or 1 and count up.
+fn is_node(rows: &[Vec<&[u8]>]) -> bool {
+    let [first, rest @ ..] = rows else { return false };
+    let first = counts(first).unwrap_or_default();
+    let [_, 3, more @ ..] = first.as_slice() else { return false };
+    let columns = more.iter().fold(4u64, |sum, n| sum.saturating_add(*n));
+    let numbered = |(i, row): (usize, &Vec<&[u8]>)| {
+        let begin = rest.first().and_then(|row| count(row.first()?)).filter(|n| *n < 2);
+        row.len() as u64 == columns
+            && begin.is_some_and(|begin| count(row[0]) == Some(begin + i as u64))
+    };
+    rest.len() >= 2 && more.len() <= 2 && rest.iter().enumerate().all(numbered)
+}
+
+/// Whether the last line is a face, 3 to 8 numbers of vertices behind their count, and the first row is
+/// none.
+fn has_faces(text: &[u8], first: &[&[u8]]) -> bool {
+    let tail = &text[text.len().saturating_sub(1024)..];
+    let lines: Vec<_> = text::lines(tail).collect();
+    let last = lines.iter().rev().map(|line| fields(line)).find(|line| !line.is_empty());
+    let Some(face) = last.filter(|_| lines.len() > 1) else { return false };
+    let is_face = counts(&face).is_some_and(|numbers| {
+        matches!(numbers[0], 3..=8) && numbers.len() as u64 == 1 + numbers[0]
+    });
+    is_face && face.len() != first.len() && counts(first).is_none_or(|numbers| numbers.len() == 3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POINTS: &str = "0.1 0.2 0.3\n1.5 2.5 3.5\n4 5 6\n";
+
+    fn name(text: &str) -> Option<&'static str> {
+        kind(text.as_bytes()).map(|(name, _)| name)
+    }
+
+    #[test]
+    fn meshes_and_other_texts_are_named() {
+        for (text, what) in [
+            (format!("OFF\n3 1 0\n{POINTS}3 0 1 2\n"), "an OFF mesh"),
+            (format!("OFF 3 1 0\r\n{POINTS}3 0 1 2\n"), "an OFF mesh"),
+            (format!("# made by hand\nCOFF\n3 1 0\n{POINTS}"), "an OFF mesh"),
+            (format!("NOFF\n3 1 0\n{POINTS}"), "an OFF mesh"),
+            (format!("3 1 0\n{POINTS}3 0 1 2\n"), "a mesh with faces"),
+            (
+                format!("# vtk DataFile Version 3.0\nx\nASCII\nPOINTS 3 float\n{POINTS}"),
+                "a VTK file",
+            ),
+            (format!("#VRML V2.0 utf8\n{POINTS}"), "a VRML scene"),
+            ("ncols 3\nnrows 3\n1 2 3\n".into(), "an ESRI grid"),
+            ("<svg><path d=\"\n1 2 3\n\"/></svg>".into(), "XML or HTML"),
+            ("\u{feff} [[1,2,3],\n[4,5,6]]".into(), "JSON"),
+            ("  0\nSECTION\n  2\nENTITIES\n".into(), "a DXF drawing"),
+            ("3 3 0 0\n1 0.1 0.2 0.3\n2 1 2 3\n3 4 5 6\n".into(), "a TetGen node file"),
+            ("2 3 1 1\n0 0.1 0.2 0.3 7 1\n1 1 2 3 7 1\n# end\n".into(), "a TetGen node file"),
+            (
+                "2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3 0.5\n"
+                    .into(),
+                "a PTX file",
+            ),
+        ] {
+            assert_eq!(name(&text), Some(what), "{text}");
+        }
+    }
+
+    #[test]
+    fn clouds_are_of_no_other_kind() {
+        for text in [
+            POINTS.to_owned(),
+            format!("3\n{POINTS}"),
+            format!("0\n3\n{POINTS}"),
+            format!("# a cloud\n{POINTS}"),
+            "3 3 0 0\n1 5 2 3\n".to_owned(),
+            "3 3 3\n3 1 2 3\n".repeat(9) + "3 1 2 3 4\n",
+            "3 1 2 3\n3 4 5 6\n".to_owned(),
+            "OFFICE 1 2\n1 2 3\n".to_owned(),
+            format!("999\n{POINTS}"),
+            "//x y z intensity of light\n0.5 1 2 3\n3 1 2 3\n".to_owned(),
+            String::new(),
+        ] {
+            assert_eq!(name(&text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! How a line of text is parted into fields, and how its numbers are written.
+
+use super::super::text;
+
+/// A line without the blanks around it, and its number in the file, from 1.
+pub(super) type Line<'a> = (usize, &'a [u8]);
+
+/// What stands between fields.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Separator {
+    /// Any run of white space.
+    Blank,
+    /// One comma or semicolon.
+    Byte(u8),
+}
+
+/// One way to write numbers in lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Dialect {
+    separator: Separator,
+    /// Whether the fraction begins with a comma; then it does nowhere begin with a point.
+    decimal_comma: bool,
+}
+
+const COMMA: Dialect = Dialect { separator: Separator::Byte(b','), decimal_comma: false };
+const BLANK: Dialect = Dialect { separator: Separator::Blank, decimal_comma: false };
+
+/// All of them; of those that fit equally well, the first is meant.
+pub(super) const DIALECTS: [Dialect; 5] = [
+    Dialect { separator: Separator::Byte(b';'), decimal_comma: false },
+    BLANK,
+    COMMA,
+    Dialect { separator: Separator::Byte(b';'), decimal_comma: true },
+    Dialect { separator: Separator::Blank, decimal_comma: true },
+];
+
+impl Dialect {
+    /// The dialect in which most of `lines` are rows of numbers.
+    pub(super) fn of<'a>(lines: impl Iterator<Item = &'a [u8]> + Clone) -> Self {
+        let rows = |dialect: &Self| lines.clone().filter(|line| dialect.numbers(line) >= 3).count();
+        let mut best = (0, None);
+        for dialect in DIALECTS {
+            let rows = rows(&dialect);
+            if rows > best.0 {
+                best = (rows, Some(dialect));
+            }
+        }
+        // where no line is a row, its error should at least show the fields that were meant
+        best.1.unwrap_or_else(|| {
+            let has = |byte| lines.clone().next().is_some_and(|line| line.contains(&byte));
+            if has(b';') {
+                DIALECTS[0]
+            } else if has(b',') {
+                COMMA
+            } else {
+                BLANK
+            }
+        })
+    }
+
+    /// Whether blanks stand between fields.
+    pub(super) fn parts_at_blanks(self) -> bool {
+        self.separator == Separator::Blank
+    }
+
+    /// Calls `visit` with each field and its column until it says false.
+    pub(super) fn each_field<'a>(
+        self,
+        line: &'a [u8],
+        mut visit: impl FnMut(usize, &'a [u8]) -> bool,
+    ) {
+        match self.separator {
+            Separator::Blank => {
+                let fields = line.split(u8::is_ascii_whitespace).filter(|f| !f.is_empty());
+                let _ = fields.enumerate().all(|(column, field)| visit(column, field));
+            }
+            Separator::Byte(byte) => {
+                let mut fields = line.split(|&b| b == byte).enumerate();
+                let _ = fields.all(|(column, field)| visit(column, field.trim_ascii()));
+            }
+        }
+    }
+
+    /// The fields of a line.
+    pub(super) fn fields(self, line: &[u8]) -> Vec<&[u8]> {
+        let mut fields = Vec::new();
+        self.each_field(line, |_, field| {
+            fields.push(field);
+            true
+        });
+        fields
+    }
+
+    /// The first field of a line; empty where there is none.
+    pub(super) fn first(self, line: &[u8]) -> &[u8] {
+        let mut first = None;
+        self.each_field(line, |_, field| {
+            first = Some(field);
+            false
+        });
+        first.unwrap_or_default()
+    }
+
+    /// How many fields of a line are numbers, those of missing values apart.
+    pub(super) fn numbers(self, line: &[u8]) -> usize {
+        let mut numbers = 0;
+        self.each_field(line, |_, field| {
+            numbers += usize::from(self.number(text::unquoted(field)).is_some());
+            true
+        });
+        numbers
+    }
+
+    /// The number a field holds, NaN for a missing value; `None` where it is none.
+    pub(super) fn value(self, field: &[u8]) -> Option<f64> {
+        if !self.decimal_comma
+            && let Some(value) = text::number(field)
+        {
+            return Some(value);
+        }
+        let field = text::unquoted(field);
+        self.number(field).or_else(|| is_missing(field).then_some(f64::NAN))
+    }
+
+    fn number(self, field: &[u8]) -> Option<f64> {
+        if !self.decimal_comma {
+            return text::number(field).or_else(|| text::rare_number(field));
+        }
+        if field.contains(&b'.') {
+            return None;
+        }
+        let point = |&b: &u8| if b == b',' { b'.' } else { b };
+        let with_point: Vec<u8> = field.iter().map(point).collect();
+        text::number(&with_point).or_else(|| text::rare_number(&with_point))
+    }
+
+    /// Whether it cannot be told if the commas of a line part numbers or are in them: some have a blank
+    /// behind them, others have not, and no number has a point.
+    pub(super) fn is_unsure(self, line: &[u8]) -> bool {
+        let mut after = line.windows(2).filter(|pair| pair[0] == b',').map(|pair| pair[1]);
+        let blank = after.clone().any(|b| b.is_ascii_whitespace());
+        self == COMMA && blank && after.any(|b| b.is_ascii_digit()) && !line.contains(&b'.')
+    }
+}
+
+/// Whether a field without its quotes stands for a value that is not there.
+fn is_missing(field: &[u8]) -> bool {
+    const WORDS: [&[u8]; 6] = [b"", b"-", b"na", b"n/a", b"null", b"none"];
+    WORDS.iter().any(|word| field.eq_ignore_ascii_case(word))
+}

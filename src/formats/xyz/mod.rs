@@ -1,0 +1,127 @@
+//! Text clouds: one point a line, coordinates separated by spaces, tabs, commas or semicolons.
+//!
+//! Lines that start with `#`, `//` or `%` are comments. The first lines show how the others are written:
+//! what parts fields and whether fractions begin with a comma; a line (or a comment) of names tells the
+//! columns of x, y and z, else they are the first three, or those behind running numbers. A line with one
+//! number alone (PTS) announces that many points; behind them another block may begin in the same way.
+//! Further columns are ignored. An empty field between separators is a missing value (NaN). What can be
+//! read in two ways is refused until the sender names the columns.
+
+mod dialect;
+mod heading;
+mod layout;
+mod names;
+mod running;
+
+use layout::Layout;
+
+use super::{Bounds, Columns, Format, FormatError, error::excerpt, memory::room_for, text};
+use crate::geometry::{PointCloud, Vec3};
+
+/// Reads one point a line; `columns` are those of x, y and z where the sender names them.
+pub(super) fn read(
+    bytes: &[u8],
+    columns: Option<Columns>,
+    limits: &dyn Bounds,
+) -> Result<PointCloud, FormatError> {
+    let bytes = text::without_bom(bytes);
+    let layout = Layout::of(bytes, columns)?;
+    let mut block = Block { announced: layout.announced, begin: 0 };
+    let mut points = room_for(text::line_count(bytes).min(limits.most()))?;
+    let mut numbered = None;
+    for (index, line) in text::lines(bytes).enumerate() {
+        let (number, line) = (index + 1, line.trim_ascii());
+        if number < layout.first_row || line.is_empty() || text::is_comment(line) {
+            continue;
+        }
+        let point = match layout.point(line, number) {
+            Err(FormatError::TooFewColumns { .. }) if block.next(points.len(), &layout, line) => {
+                numbered = None;
+                continue;
+            }
+            point => point?,
+        };
+        if layout.running {
+            numbered = Some(layout.check_running(numbered, line, number)?);
+        }
+        limits.check(points.len() as u64 + 1)?;
+        points.push(point);
+    }
+    block.check_end(points.len())?;
+    Ok(PointCloud::from_points(points))
+}
+
+/// Points whose number is announced before them.
+struct Block {
+    announced: Option<u64>,
+    begin: usize,
+}
+
+impl Block {
+    /// Begins the next block where the last one is full and `line` announces another.
+    fn next(&mut self, points: usize, layout: &Layout, line: &[u8]) -> bool {
+        let full = self.announced == Some((points - self.begin) as u64);
+        let count = heading::count(layout.dialect, line).filter(|_| full);
+        if count.is_some() {
+            (self.announced, self.begin) = (count, points);
+        }
+        count.is_some()
+    }
+
+    /// A file with fewer points than announced was cut off.
+    fn check_end(&self, points: usize) -> Result<(), FormatError> {
+        let found = (points - self.begin) as u64;
+        match self.announced.filter(|announced| *announced > found) {
+            Some(announced) => {
+                Err(FormatError::Truncated { format: Format::Xyz, announced, found })
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl Layout {
+    fn point(&self, line: &[u8], number: usize) -> Result<Vec3, FormatError> {
+        let mut point = Vec3::zeros();
+        let (mut seen, mut bad) = (0, None);
+        self.dialect.each_field(line, |column, field| {
+            seen = column + 1;
+            if let Some(axis) = self.columns.iter().position(|&c| c == column) {
+                match self.dialect.value(field) {
+                    Some(value) => point[axis] = value,
+                    None => bad = Some(field),
+                }
+            }
+            bad.is_none() && seen < self.needed
+        });
+        if let Some(field) = bad {
+            let text = excerpt(field);
+            return Err(FormatError::BadNumber { format: Format::Xyz, line: number, text });
+        }
+        if seen < self.needed {
+            return Err(FormatError::TooFewColumns {
+                format: Format::Xyz,
+                line: number,
+                found: seen,
+                needed: self.needed,
+            });
+        }
+        Ok(point)
+    }
+
+    /// The running number of a row, which must be the one behind `last`: else the first column may be a
+    /// coordinate after all.
+    fn check_running(
+        &self,
+        last: Option<u64>,
+        line: &[u8],
+        number: usize,
+    ) -> Result<u64, FormatError> {
+        let first = running::number(self.dialect.first(line));
+        let follows = first.filter(|n| last.is_none_or(|last| n.checked_sub(1) == Some(last)));
+        follows.ok_or(FormatError::RunningNumbers { line: number })
+    }
+}
+
+#[cfg(test)]
+mod tests;
