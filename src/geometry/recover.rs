@@ -38,8 +38,13 @@ pub struct Recovered {
 /// `frame` must be centred on the quadric's points and about their size. `None` for quadrics without
 /// a real surface and for two intersecting planes.
 pub fn recover(quadric: &Quadric, frame: &Frame, tolerance: Tolerance) -> Option<Recovered> {
-    let local = frame.local_quadric(quadric);
-    let Some(form) = CanonicalForm::of(&local, tolerance.rank) else {
+    recover_local(&frame.local_quadric(quadric), frame, tolerance)
+}
+
+/// The same of the quadric that is `local` in `frame`, for clouds so far from the origin that world coefficients
+/// cancel.
+pub fn recover_local(local: &Quadric, frame: &Frame, tolerance: Tolerance) -> Option<Recovered> {
+    let Some(form) = CanonicalForm::of(local, tolerance.rank) else {
         return plane(&Vec3::zeros(), &local.linear(), local.0[9]).map(|p| named(p, frame));
     };
     let only_type = |surface_type| Some(Recovered { surface_type, surface: None });

@@ -150,14 +150,14 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "distance only: largest distance of a point from its surface (four noise sigmas when absent)",
+        help: "distance only: largest distance of a point from its surface (four noise sigmas when absent); no region has a point beyond it",
     },
     ParameterSpec {
         name: "noise_sigma",
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "distance only: standard deviation of the points' noise (estimated from the cloud when absent)",
+        help: "distance only: standard deviation of the points' noise (estimated from the cloud when absent). No region is reported whose residuals' root mean square is above twice the value given, or above half the tolerance where one is given that allows more",
     },
     ParameterSpec {
         name: "surfaces",

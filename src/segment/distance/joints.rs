@@ -8,6 +8,7 @@ use super::scene::Scene;
 use super::uncertainty::Uncertainty;
 use crate::fit::Shape;
 use crate::geometry::{Vec3, perpendicular_frame};
+use crate::segment::equation::Equations;
 use crate::segment::{Continuity, Evidence, Extent, Fit};
 
 /// Border places of one joint that are looked at; of more, every n-th.
@@ -29,6 +30,8 @@ pub struct Known {
     pub evidence: Option<Evidence>,
     /// Where the points lie.
     pub extent: Option<Extent>,
+    /// The surface's coefficients; none of a region without points.
+    pub equations: Option<Equations>,
 }
 
 /// Two regions that touch.

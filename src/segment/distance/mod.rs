@@ -62,6 +62,8 @@ pub struct Found {
     pub noise: f64,
     /// Largest distance of a point from its surface, unless one was given.
     pub reach: f64,
+    /// Noise below this is that of the coordinates' digits.
+    pub rounding: f64,
     /// The points that surfaces were looked for on, taken evenly from `points`: see [`place`].
     pub scene: Scene,
     /// How much work it was.
@@ -92,6 +94,7 @@ fn find(
     let (discovery, labelled) = discover_on_samples(&points, parameters, monitor)?;
     monitor.progress(Stage::Refine, 0.85);
     let reach = label::ACCEPT * discovery.scatter(points.len());
+    let rounding = rounding(&discovery.scene.points);
     let Discovery { scene, mut model, sigma, noise } = discovery;
     if parameters.refine {
         finish::finish(&points, &labelled, &mut model, sigma);
@@ -105,7 +108,7 @@ fn find(
         *l = -1;
     }
     let shapes = model.shapes;
-    Ok(Found { points, centre, places, shapes, labels, noise, reach, scene, counters })
+    Ok(Found { points, centre, places, shapes, labels, noise, reach, rounding, scene, counters })
 }
 
 /// The distinct points of a cloud in Morton order relative to their centre, that centre, and where each
@@ -213,6 +216,16 @@ fn discover_on_samples(
     }
 }
 
+/// How far points reach from the cloud's centre.
+fn extent(points: &[Vec3]) -> f64 {
+    points.iter().map(|p| p.norm()).fold(0.0, f64::max)
+}
+
+/// The rounding of coordinates of single precision.
+fn rounding(points: &[Vec3]) -> f64 {
+    5e-8 * extent(points)
+}
+
 /// What was found on a sample.
 struct Discovery {
     scene: Scene,
@@ -243,8 +256,8 @@ fn discover(
     let m = n.min(limit);
     let taken = (0..m).map(|k| points[place(k, m, n)]).collect();
     let mut scene = Scene::watched(taken, monitor)?;
-    let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
-    let rounding = 5e-8 * extent;
+    let extent = extent(&scene.points);
+    let rounding = rounding(&scene.points);
     let estimate = noise::estimate(&scene);
     let noise = parameters.noise_sigma.or(bare_noise).unwrap_or(estimate).max(rounding);
     monitor.check()?;

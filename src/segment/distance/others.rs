@@ -24,6 +24,15 @@ pub struct Other {
     pub members: Vec<u32>,
 }
 
+impl Other {
+    /// Root mean square distance of its points from the quadric.
+    pub fn rms(&self, points: &[Vec3]) -> f64 {
+        let squares =
+            self.members.iter().map(|&i| self.quadric.distance(&points[i as usize]).powi(2));
+        (squares.sum::<f64>() / self.members.len().max(1) as f64).sqrt()
+    }
+}
+
 /// Whether any type beside the default ones is asked for.
 pub fn asked_for(parameters: &Parameters) -> bool {
     parameters.surfaces.iter().any(|t| !SurfaceType::DEFAULT.contains(t))
