@@ -513,7 +513,7 @@ mod tests {
                 let r = 0.02 + t * half_angle.tan();
                 let x = origin + cone.frame * Vec3::new(r * turn.cos(), r * turn.sin(), t);
                 assert!(
-                    q.value(&x).abs() < 1e-15 * q.gradient(&x).norm().max(1e-2),
+                    q.value(&x).abs() < 1e-14 * q.gradient(&x).norm().max(1e-2),
                     "{half_angle}"
                 );
             }

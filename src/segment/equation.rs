@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn an_origin_has_few_digits_and_lies_near_the_middle() {
         let min = [499_999.98, 5_000_000.02, -0.004];
-        let e = Extent { min, max: [500_000.02, 5_000_000.06, 0.005] };
+        let e = Extent { min, max: [500_000.02, 5_000_000.06, 0.0045] };
         let origin = origin_near(&e);
         assert_eq!(<[f64; 3]>::from(origin).map(|x| x.to_string()), ["500000", "5000000.04", "0"]);
         for size in [1e-50, 3e-7, 0.99, 1.0, 7e12, 1e50] {

@@ -14,7 +14,7 @@ use super::reasons::Reason;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
-use crate::segment::Parameters;
+use crate::segment::{Monitor, Parameters};
 
 /// A surface and its points.
 pub struct Candidate {
@@ -46,15 +46,21 @@ pub fn enforce(
     mut found: Vec<Candidate>,
     parameters: &Parameters,
     most_rms: f64,
+    monitor: &dyn Monitor,
 ) -> (Vec<Candidate>, BTreeMap<Reason, usize>) {
     let mut lost = BTreeMap::new();
     let mut lose = |reason, n: usize| *lost.entry(reason).or_insert(0) += n;
     let mut kept = Vec::new();
     if let Some(tolerance) = parameters.tolerance {
-        let trimmed = found.par_iter_mut().map(|c| trim(points, c, tolerance));
+        let trimmed = found
+            .par_iter_mut()
+            .map(|c| if monitor.cancelled() { 0 } else { trim(points, c, tolerance) });
         lose(Reason::Outlier, trimmed.sum());
     }
     for candidate in found {
+        if monitor.cancelled() {
+            break;
+        }
         for piece in split(points, candidate, parameters) {
             lose(Reason::Outlier, piece.lost);
             let piece = piece.candidate;
@@ -196,6 +202,7 @@ fn angle_between(a: &Vec3, b: &Vec3) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::SurfaceType;
+    use crate::segment::Silent;
 
     /// Two strips of the plane z = 0, 30 and 20 points wide, two apart, and a far point off it.
     fn strips() -> (Vec<Vec3>, Candidate) {
@@ -211,7 +218,7 @@ mod tests {
 
     fn sizes(parameters: &Parameters) -> (Vec<usize>, BTreeMap<Reason, usize>) {
         let (points, candidate) = strips();
-        let (kept, lost) = enforce(&points, vec![candidate], parameters, f64::INFINITY);
+        let (kept, lost) = enforce(&points, vec![candidate], parameters, f64::INFINITY, &Silent);
         (kept.iter().map(|c| c.members.len()).collect(), lost)
     }
 
@@ -231,7 +238,7 @@ mod tests {
     fn points_beyond_the_tolerance_are_taken_from_their_surface() {
         let parameters = Parameters { tolerance: Some(0.2), ..Parameters::default() };
         let (points, candidate) = strips();
-        let (kept, lost) = enforce(&points, vec![candidate], &parameters, f64::INFINITY);
+        let (kept, lost) = enforce(&points, vec![candidate], &parameters, f64::INFINITY, &Silent);
         assert_eq!((kept[0].members.len(), kept[0].rejected), (150, 1));
         assert_eq!(lost, [(Reason::Outlier, 1)].into());
     }
@@ -248,7 +255,7 @@ mod tests {
         let candidate = Candidate { shape, members, rejected: 0 };
         let parameters =
             Parameters { tolerance: Some(0.15), connectivity: Some(2.0), ..Parameters::default() };
-        let (kept, lost) = enforce(&points, vec![candidate], &parameters, f64::INFINITY);
+        let (kept, lost) = enforce(&points, vec![candidate], &parameters, f64::INFINITY, &Silent);
         for c in &kept {
             measure(&points, c, |i, d| assert!(d.abs() <= 0.15, "{i} {d}"));
         }
@@ -274,7 +281,7 @@ mod tests {
         let regions = |most| {
             let shape = Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3]);
             let candidate = Candidate { shape, members: (0..100).collect(), rejected: 0 };
-            enforce(&points, vec![candidate], &Parameters::default(), most)
+            enforce(&points, vec![candidate], &Parameters::default(), most, &Silent)
         };
         assert_eq!(regions(0.1001).0.len(), 1);
         let (kept, lost) = regions(0.0999);

@@ -61,6 +61,9 @@ pub fn joints(scene: &Scene, labels: &[i32], surfaces: &[Known], scale: &Scale) 
     borders(scene, labels)
         .into_iter()
         .filter_map(|(regions, pairs)| {
+            if scene.cancelled() {
+                return None;
+            }
             let [a, b] = regions.map(|r| &surfaces[r]);
             let border = Border { scene, pairs: &pairs, scale };
             let (continuity, resolution) = border.judge(a, b)?;
@@ -87,7 +90,7 @@ fn borders(scene: &Scene, labels: &[i32]) -> BTreeMap<[usize; 2], Vec<[u32; 2]>>
 
 /// The pairs of points across one border.
 struct Border<'a> {
-    scene: &'a Scene,
+    scene: &'a Scene<'a>,
     pairs: &'a [[u32; 2]],
     scale: &'a Scale,
 }

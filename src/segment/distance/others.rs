@@ -3,7 +3,7 @@
 use super::pieces::pieces;
 use crate::fit::general_fit;
 use crate::geometry::{Frame, Quadric, SurfaceType, Tolerance, Vec3, recover};
-use crate::segment::Parameters;
+use crate::segment::{Monitor, Parameters};
 
 /// Points that a fit looks at.
 const SAMPLE: usize = 20_000;
@@ -46,11 +46,13 @@ pub fn others(
     spacing: f64,
     noise: f64,
     parameters: &Parameters,
+    monitor: &dyn Monitor,
 ) -> Vec<Other> {
     let own: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
     let found =
         pieces(&own, REACH * spacing).into_iter().take_while(|p| p.len() >= parameters.min_points);
     found
+        .take_while(|_| !monitor.cancelled())
         .filter_map(|piece| {
             let part: Vec<Vec3> = piece.iter().map(|&k| own[k as usize]).collect();
             let (surface_type, quadric) = explain(&part, noise, parameters)?;

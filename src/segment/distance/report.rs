@@ -37,12 +37,12 @@ pub fn report(
     let (candidates, mut free) = candidates(&found, asked_for(parameters));
     let resolved = resolved(parameters, &found);
     let most_rms = most_rms(parameters, found.rounding);
-    let (kept, mut reasons) = enforce(points, candidates, &resolved, most_rms);
+    let (kept, mut reasons) = enforce(points, candidates, &resolved, most_rms, monitor);
     let mut labels = labels(&kept, points.len());
     monitor.check()?;
     let mut others = Vec::new();
     if asked_for(parameters) {
-        others = super::others::others(points, &free, spacing, found.noise, parameters);
+        others = super::others::others(points, &free, spacing, found.noise, parameters, monitor);
         others.retain(|o| o.rms(points) <= most_rms);
         others.truncate(parameters.max_regions.saturating_sub(kept.len()));
         for (k, other) in others.iter().enumerate() {
@@ -51,15 +51,17 @@ pub fn report(
         free.retain(|&i| labels[i as usize] < 0);
     }
     let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
-    for (reason, n) in explain(&left, spacing, parameters.min_points) {
+    for (reason, n) in explain(&left, spacing, parameters.min_points, monitor) {
         *reasons.entry(reason).or_insert(0) += n;
     }
     monitor.check()?;
-    let tallies = tallies(points, &labels, &kept);
+    let tallies = tallies(points, &labels, &kept, monitor);
+    monitor.check()?;
     let known: Vec<Known> =
-        kept.par_iter().zip(&tallies).map(|(c, t)| Known::of(c, t, &found)).collect();
+        kept.par_iter().zip(&tallies).filter_map(|(c, t)| Known::of(c, t, &found)).collect();
     monitor.check()?;
     let joints = touching(&known, &labels, &found, density);
+    monitor.check()?;
     let first = known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
     let further =
         others.iter().enumerate().filter_map(|(k, o)| of_other_type(known.len() + k, o, &found));
@@ -212,13 +214,21 @@ impl Tally {
 }
 
 /// Sums over the points of every region, in one pass.
-fn tallies(points: &[Vec3], labels: &[i32], kept: &[Candidate]) -> Vec<Tally> {
+fn tallies(
+    points: &[Vec3],
+    labels: &[i32],
+    kept: &[Candidate],
+    monitor: &dyn Monitor,
+) -> Vec<Tally> {
     let rulers: Vec<Ruler> = kept.iter().map(|c| Ruler::of(&c.shape)).collect();
     let parts: Vec<Vec<(usize, Tally)>> = labels
         .par_chunks(CHUNK)
         .zip(points.par_chunks(CHUNK))
         .map(|(labels, points)| {
             let mut sums: Vec<(usize, Tally)> = Vec::new();
+            if monitor.cancelled() {
+                return sums;
+            }
             let mut from = 0;
             for run in labels.chunk_by(|a, b| a == b) {
                 let own = &points[from..from + run.len()];
@@ -249,7 +259,11 @@ fn sample(points: &[Vec3], members: &[u32], limit: usize) -> Vec<Vec3> {
 }
 
 impl Known {
-    fn of(candidate: &Candidate, tally: &Tally, found: &Found) -> Self {
+    /// `None` where the work was cancelled.
+    fn of(candidate: &Candidate, tally: &Tally, found: &Found) -> Option<Self> {
+        if found.scene.cancelled() {
+            return None;
+        }
         let members = &candidate.members;
         let centroid = tally.sum / members.len().max(1) as f64;
         let shape = candidate.shape.recentred(&centroid);
@@ -263,14 +277,14 @@ impl Known {
         let share = members.len() as f64 / some.len() as f64;
         let few = sample(&found.points, members, evidence::SAMPLE);
         let extent = tally.extent(&found.centre);
-        Self {
+        Some(Self {
             uncertainty: Uncertainty::of(&shape, &some, share, sigma),
             evidence: evidence(&shape, &few, sigma),
             equations: extent.and_then(|extent| equations(&shape, members, &extent, found)),
             extent,
             shape,
             fit,
-        }
+        })
     }
 
     fn region(&self, id: usize, centre: &Vec3, joints: &[Joint]) -> Option<Region> {

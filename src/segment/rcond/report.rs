@@ -1,16 +1,21 @@
 use super::{FittedSurface, Found};
 use crate::geometry::{Frame, Quadric, Recovered, Tolerance, Vec3, recover_local};
 use crate::segment::equation::Equations;
-use crate::segment::{Extent, Fit, Parameters, Region, Segmentation, Unassigned};
+use crate::segment::{Extent, Fit, Monitor, Parameters, Region, Segmentation, Unassigned};
 
 /// Writes down what was found. Regions whose final surface is imaginary, or two crossing planes, are
 /// dropped.
-pub fn report(mut found: Found, points: &[Vec3], parameters: &Parameters) -> Segmentation {
+pub fn report(
+    mut found: Found,
+    points: &[Vec3],
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Segmentation {
     let described: Vec<_> = found
         .surfaces
         .iter()
         .zip(found.members(points))
-        .map(|(surface, members)| describe(surface, &members))
+        .map(|(surface, members)| (!monitor.cancelled()).then(|| describe(surface, &members))?)
         .collect();
     let kept = found.surfaces.iter().zip(&described).map(|(s, d)| d.as_ref().map(|_| *s)).collect();
     found.keep(kept);
