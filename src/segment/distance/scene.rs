@@ -442,6 +442,7 @@ fn spread(v: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::segment::Silent;
     use crate::segment::random::SplitMix64;
 
     /// `n` places in a cube of so many steps a side, some of them the same.
