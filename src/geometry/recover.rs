@@ -10,7 +10,7 @@ use super::{
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Eigenvalues, slopes and constants below this share of the largest eigenvalue of e, in the
-    /// points' own frame, are zero.
+    /// points' own frame, are zero. So no ellipse is longer than the root of its inverse times its width.
     pub rank: f64,
     /// Semi-axes (of a cone: slopes) that differ by less than this share are equal.
     pub equal: f64,
