@@ -34,31 +34,38 @@ fn found(cloud: &PointCloud, settings: &[(&str, &str)]) -> Segmentation {
     segment(cloud, &parameters, &Silent).unwrap()
 }
 
-/// Root mean square of |Q| / |grad Q| over a region's points moved by `origin`.
+/// Root mean square of a distance over a region's points moved by `origin`.
 fn rms(
     cloud: &PointCloud,
     result: &Segmentation,
     id: usize,
-    quadric: &Quadric,
+    distance: impl Fn(&Vec3) -> f64,
     origin: &Vec3,
 ) -> f64 {
     let own = cloud.points.iter().zip(&result.labels).filter(|(_, l)| **l == id as i32);
-    let squares = own.map(|(p, _)| {
-        let x = p - origin;
-        (quadric.value(&x) / quadric.gradient(&x).norm()).powi(2)
-    });
-    let all: Vec<f64> = squares.collect();
+    let all: Vec<f64> = own.map(|(p, _)| distance(&(p - origin)).powi(2)).collect();
     (all.iter().sum::<f64>() / all.len() as f64).sqrt()
 }
 
-/// The same by the local and by the far coefficients.
-fn both(cloud: &PointCloud, result: &Segmentation, region: &Region) -> [f64; 2] {
+/// The same by the local and by the far coefficients, each by its own measure of distance.
+fn both(
+    cloud: &PointCloud,
+    result: &Segmentation,
+    region: &Region,
+    distance: fn(&Quadric, &Vec3) -> f64,
+) -> [f64; 2] {
     let local = Quadric(region.local_coefficients);
     let far = Quadric(region.coefficients);
+    let origin = region.local_origin.into();
     [
-        rms(cloud, result, region.id, &local, &region.local_origin.into()),
-        rms(cloud, result, region.id, &far, &Vec3::zeros()),
+        rms(cloud, result, region.id, |x| distance(&local, x), &origin),
+        rms(cloud, result, region.id, |x| distance(&far, x), &Vec3::zeros()),
     ]
+}
+
+/// |Q| / |grad Q|.
+fn first_order(quadric: &Quadric, x: &Vec3) -> f64 {
+    quadric.value(x) / quadric.gradient(x).norm()
 }
 
 #[test]
@@ -78,7 +85,7 @@ fn local_coefficients_tell_distances_as_the_parameters_do_however_far_the_cloud_
         let own = cloud.points.iter().zip(&result.labels).filter(|(_, l)| **l == 0);
         let (sum, n) = own.fold((0.0, 0), |(s, n), (p, _)| (s + distance(p).powi(2), n + 1));
         let by_parameters = (sum / f64::from(n)).sqrt();
-        let [local, far] = both(&cloud, &result, region);
+        let [local, far] = both(&cloud, &result, region, first_order);
         assert!((local / by_parameters - 1.0).abs() < 0.01, "{offset}: {local} {by_parameters}");
         let error = region.coefficients_error.unwrap();
         assert!(far < by_parameters * 1.01 + error, "{offset}: {far} {error}");
@@ -119,7 +126,7 @@ fn every_region_of_either_method_has_local_coefficients_of_its_own_fit() {
     for settings in [&[][..], &rcond] {
         let result = found(&cloud, settings);
         for region in &result.regions {
-            let [local, far] = both(&cloud, &result, region);
+            let [local, far] = both(&cloud, &result, region, Quadric::distance);
             assert!((local / region.fit.rms - 1.0).abs() < 0.01, "{local} {:?}", region.fit);
             assert!((far / local - 1.0).abs() < 1e-6, "{far} {local}");
             assert!(region.coefficients_error.unwrap() < 1e-12, "{region:?}");

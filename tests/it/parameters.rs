@@ -83,7 +83,7 @@ fn no_region_scatters_by_more_than_twice_the_noise_that_was_given() {
         let found = run(&cloud, &[("noise_sigma", &noise.to_string())]);
         let rms: Vec<f64> = found.regions.iter().map(|r| r.fit.rms).collect();
         assert!(rms.iter().all(|rms| *rms <= 2.0 * noise), "{noise}: {rms:?}");
-        assert!(noise < 0.01 || rms.len() == 1, "{noise}: {rms:?}");
+        assert!(noise < SIGMA || rms.len() == 1, "{noise}: {rms:?}");
         assert_eq!(found.unassigned.reasons.values().sum::<usize>(), found.unassigned.count);
     }
     // A tolerance that allows more is what the caller means.

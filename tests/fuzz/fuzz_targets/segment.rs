@@ -91,8 +91,11 @@ fn parameters(bytes: &mut Bytes) -> Parameters {
                 let chosen = words.iter().enumerate().filter(|(k, _)| mask >> k & 1 == 1);
                 chosen.map(|(_, w)| *w).collect::<Vec<_>>().join(",")
             }
-            ParameterKind::Number { .. } => (bytes.scale() * (bytes.small().abs() + 0.1)).to_string(),
-            ParameterKind::Integer { .. } => (u32::from(bytes.byte()) << (bytes.byte() % 23)).to_string(),
+            ParameterKind::Number { .. } => {
+                (bytes.scale() * (bytes.small().abs() + 0.1)).to_string()
+            }
+            // few: what a caller asks for may well take long
+            ParameterKind::Integer { .. } => bytes.byte().to_string(),
             ParameterKind::Boolean => (bytes.byte() & 1 == 1).to_string(),
             ParameterKind::Direction => {
                 format!("{},{},{}", bytes.small(), bytes.small(), bytes.small())
@@ -113,7 +116,8 @@ fn piece(bytes: &mut Bytes, points: &mut Vec<Vec3>) {
     let noise = if kind & 64 == 0 { 0.0 } else { bytes.small() / 64.0 };
     let mut state = u64::from(bytes.byte());
     let mut uniform = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1u64 << 53) as f64
     };
     for k in 0..count {
