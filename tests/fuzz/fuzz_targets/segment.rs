@@ -2,7 +2,7 @@
 //! in the answer that is none.
 //!
 //! From this folder: `mkdir -p corpus/segment`, then
-//! `cargo +nightly fuzz run --fuzz-dir . segment corpus/segment -- -max_len=1024 -timeout=20 -rss_limit_mb=2048`.
+//! `cargo +nightly fuzz run --fuzz-dir . segment corpus/segment seeds_segment -- -max_len=1024 -len_control=0 -timeout=60`.
 #![no_main]
 #![allow(dead_code, unused_imports)]
 
