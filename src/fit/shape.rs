@@ -1,8 +1,8 @@
 //! A surface as fits move it: its signed distance and the derivative of that distance.
 
 use crate::geometry::{
-    Cone, Cylinder, Ellipsoid, EllipticCylinder, Mat3, Plane, Sphere, Surface, SurfaceType, Torus,
-    Vec3, perpendicular_frame,
+    Cone, Cylinder, Ellipsoid, EllipticCylinder, Mat3, Plane, Quadric, Sphere, Surface,
+    SurfaceType, Torus, Vec3, perpendicular_frame,
 };
 
 /// Largest number of degrees of freedom of any family.
@@ -417,6 +417,20 @@ impl Shape {
         })
     }
 
+    /// The shape as ten coefficients, not scaled; `None` for tori, which are no quadrics.
+    ///
+    /// Of a cone they are made from its radius beside the points: the apex of a slender one is too far off.
+    pub fn quadric(&self) -> Option<Quadric> {
+        if self.family != Family::Cone {
+            return Some(self.surface()?.quadric());
+        }
+        let ([radius, half_angle, _], w) = (self.size, self.w());
+        let slope = half_angle.tan();
+        let e = Mat3::identity() - w * w.transpose() * (1.0 + slope * slope);
+        let about_itself = Quadric::from_parts(&e, &(-2.0 * radius * slope * w), -radius * radius);
+        Some(about_itself.moved_to(&-self.origin))
+    }
+
     /// The torus in engineering terms, where the shape is one.
     pub fn torus(&self) -> Option<Torus> {
         (self.family == Family::Torus).then(|| Torus {
@@ -481,6 +495,27 @@ mod tests {
                 let d = surface.quadric().distance(&x);
                 let own = s.distance(&x).abs();
                 assert!((d - own).abs() < 0.02 * (1.0 + own), "{:?} {d} {own}", s.family);
+                let d = s.quadric().unwrap().distance(&x);
+                assert!((d - own).abs() < 0.02 * (1.0 + own), "{:?} {d} {own}", s.family);
+            }
+        }
+    }
+
+    #[test]
+    fn a_slender_cones_coefficients_keep_all_digits() {
+        for half_angle in [1e-6, -1e-3, 0.4] {
+            let origin = Vec3::new(0.3, -0.2, 0.1);
+            let size = [0.02, half_angle, 0.0];
+            let cone = Shape::with_axis(Family::Cone, origin, Vec3::new(0.1, 0.2, 1.0), size);
+            let q = cone.quadric().unwrap();
+            for k in 0..20 {
+                let (turn, t) = (0.7 * k as f64, 0.01 * k as f64 - 0.1);
+                let r = 0.02 + t * half_angle.tan();
+                let x = origin + cone.frame * Vec3::new(r * turn.cos(), r * turn.sin(), t);
+                assert!(
+                    q.value(&x).abs() < 1e-14 * q.gradient(&x).norm().max(1e-2),
+                    "{half_angle}"
+                );
             }
         }
     }

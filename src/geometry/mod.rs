@@ -11,7 +11,7 @@ pub use classify::{CanonicalForm, QuadricType, classify};
 pub use cloud::{Grid, PointCloud};
 pub use frame::Frame;
 pub use quadric::{Quadric, Scale};
-pub use recover::{Recovered, Tolerance, recover};
+pub use recover::{Recovered, Tolerance, recover, recover_local};
 pub use surface::{
     Cone, Cylinder, Ellipsoid, EllipticCylinder, Plane, Sphere, Surface, SurfaceType, Torus,
 };

@@ -10,7 +10,7 @@ use super::{
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Eigenvalues, slopes and constants below this share of the largest eigenvalue of e, in the
-    /// points' own frame, are zero.
+    /// points' own frame, are zero. So no ellipse is longer than the root of its inverse times its width.
     pub rank: f64,
     /// Semi-axes (of a cone: slopes) that differ by less than this share are equal.
     pub equal: f64,
@@ -38,8 +38,13 @@ pub struct Recovered {
 /// `frame` must be centred on the quadric's points and about their size. `None` for quadrics without
 /// a real surface and for two intersecting planes.
 pub fn recover(quadric: &Quadric, frame: &Frame, tolerance: Tolerance) -> Option<Recovered> {
-    let local = frame.local_quadric(quadric);
-    let Some(form) = CanonicalForm::of(&local, tolerance.rank) else {
+    recover_local(&frame.local_quadric(quadric), frame, tolerance)
+}
+
+/// The same of the quadric that is `local` in `frame`, for clouds so far from the origin that world coefficients
+/// cancel.
+pub fn recover_local(local: &Quadric, frame: &Frame, tolerance: Tolerance) -> Option<Recovered> {
+    let Some(form) = CanonicalForm::of(local, tolerance.rank) else {
         return plane(&Vec3::zeros(), &local.linear(), local.0[9]).map(|p| named(p, frame));
     };
     let only_type = |surface_type| Some(Recovered { surface_type, surface: None });

@@ -78,7 +78,7 @@ fn grow_from(points: &[Vec3], near: Vec3) -> Grown {
     let sq_dist = |i: u32| (pool.point(i) - near).norm_squared();
     let seed = (0..pool.len() as u32).min_by(|&a, &b| sq_dist(a).total_cmp(&sq_dist(b)));
     let growth = Growth { criterion: RcondBelow(1e-18), scale: 25.0 };
-    growth.grow(&pool, seed.unwrap())
+    growth.grow(&pool, seed.unwrap(), &|| false)
 }
 
 #[test]

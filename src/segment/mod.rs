@@ -2,6 +2,7 @@
 //! refine, report.
 
 mod distance;
+mod equation;
 mod monitor;
 mod parameters;
 mod pipeline;

@@ -19,9 +19,13 @@ pub enum Method {
 pub struct Parameters {
     /// Which policies to run with.
     pub method: Method,
-    /// Largest distance of a point from its surface; four noise sigmas when absent.
+    /// Largest distance of a point from its surface; four noise sigmas when absent. No region has a point
+    /// beyond it.
     pub tolerance: Option<f64>,
-    /// Standard deviation of the points' noise; estimated from the cloud when absent.
+    /// Standard deviation of the points' noise; estimated from the cloud when absent. No region is
+    /// reported whose residuals' root mean square is above twice the value given, or above half the
+    /// tolerance where one is given that allows more. What is below 5e-8 of the cloud's size, the rounding
+    /// of single precision, counts as that.
     pub noise_sigma: Option<f64>,
     /// The types looked for.
     pub surfaces: Vec<SurfaceType>,
@@ -155,14 +159,14 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "distance only: largest distance of a point from its surface (four noise sigmas when absent)",
+        help: "distance only: largest distance of a point from its surface (four noise sigmas when absent); no region has a point beyond it",
     },
     ParameterSpec {
         name: "noise_sigma",
         kind: LENGTH,
         unit: Some("length"),
         default: None,
-        help: "distance only: standard deviation of the points' noise (estimated from the cloud when absent)",
+        help: "distance only: standard deviation of the points' noise (estimated from the cloud when absent). No region is reported whose residuals' root mean square is above twice the value given, or above half the tolerance where one is given that allows more",
     },
     ParameterSpec {
         name: "surfaces",

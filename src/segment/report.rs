@@ -31,10 +31,23 @@ pub struct Region {
     pub surface_type: SurfaceType,
     /// How many points carry its label.
     pub point_count: usize,
-    /// a1..a10 in the seed's order (1).
+    /// a1..a10 in the seed's order (1), about the file's origin. Far from it their terms cancel: where
+    /// `coefficients_error` is not small against what matters, reckon with `local_coefficients`.
     pub coefficients: [f64; 10],
     /// How the coefficients are scaled.
     pub coefficients_scale: Scale,
+    /// How far off `coefficients` are as written, as a length: the largest difference, over the region's
+    /// points, between the distance |Q| / |grad Q| by them and by `local_coefficients`, reckoned in double
+    /// precision. null where it is infinite or where the gradient vanishes at all points.
+    pub coefficients_error: Option<f64>,
+    /// An origin near the region's points: the middle of its box, rounded to few decimal digits, which read
+    /// back as the same number. A point x of the file is x - local_origin in the local equation.
+    pub local_origin: [f64; 3],
+    /// a1..a10 about `local_origin`: the surface with no digits lost, however far the cloud lies from the
+    /// file's origin. Scaled so that the gradient's root mean square over the region's points is 1: the
+    /// value at a point near the surface is about its distance from it. Of unit length where the gradient
+    /// vanishes at all points.
+    pub local_coefficients: [f64; 10],
     /// The surface in engineering terms; absent for the quadrics that have none here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,

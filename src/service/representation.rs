@@ -81,7 +81,8 @@ impl Representation {
                 "One line a region under a line of names: `id`, `type`, `point_count`, `rms`, `max`, \
                  `position_x` to `position_z` (a point of the plane or axis, the centre or the apex), \
                  `direction_x` to `direction_z` (normal or axis), `radius`, `half_angle`, semi-axes and \
-                 their directions, `a1` to `a10`; empty where a surface has none"
+                 their directions, `a1` to `a10`, `coefficients_error`, `local_origin_x` to \
+                 `local_origin_z`, `local_a1` to `local_a10`; empty where a surface has none"
             }
         }
     }
@@ -138,6 +139,9 @@ fn rows(document: &Document) -> Vec<RegionRow> {
         rms: region.fit.rms,
         max: region.fit.max,
         coefficients: region.coefficients,
+        coefficients_error: region.coefficients_error,
+        local_origin: region.local_origin,
+        local_coefficients: region.local_coefficients,
         surface: region.surface,
     };
     document.regions.iter().map(row).collect()

@@ -12,6 +12,8 @@ mod access;
 mod architecture;
 mod bad_input;
 mod browser;
+mod cancel;
+mod coefficients;
 mod contract;
 mod deploy;
 mod jobs;

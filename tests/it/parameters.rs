@@ -75,6 +75,66 @@ fn without_parameters_every_surface_is_found_and_the_noise_told() {
 }
 
 #[test]
+fn no_region_scatters_by_more_than_twice_the_noise_that_was_given() {
+    let random = &mut Random::new(8);
+    let plane = Patch::plane(Vec3::zeros(), 40.0 * Vec3::x(), 40.0 * Vec3::y(), 3000, random);
+    let cloud = Cloud::assemble("plane", vec![plane], SIGMA, 0, random);
+    for noise in [0.02, 0.011, 0.004] {
+        let found = run(&cloud, &[("noise_sigma", &noise.to_string())]);
+        let rms: Vec<f64> = found.regions.iter().map(|r| r.fit.rms).collect();
+        assert!(rms.iter().all(|rms| *rms <= 2.0 * noise), "{noise}: {rms:?}");
+        assert!(noise < SIGMA || rms.len() == 1, "{noise}: {rms:?}");
+        assert_eq!(found.unassigned.reasons.values().sum::<usize>(), found.unassigned.count);
+    }
+    // A tolerance that allows more is what the caller means.
+    let found = run(&cloud, &[("noise_sigma", "0.004"), ("tolerance", "0.08")]);
+    assert_eq!(types(&found), [PLANE]);
+}
+
+#[test]
+fn no_region_is_an_ellipse_longer_than_25_times_its_width() {
+    let random = &mut Random::new(4);
+    // Two faces that meet at an obtuse angle, sharp or rounded, and flat lenses.
+    let mut clouds: Vec<Vec<Vec3>> = Vec::new();
+    for (degrees, rounded) in
+        [(150.0_f64, 0.0), (160.0, 0.5), (168.0, 0.0), (172.0, 2.0), (176.0, 0.0)]
+    {
+        let slope = ((180.0 - degrees) / 2.0).to_radians().tan();
+        let mut at = |_| {
+            let (x, y) = (random.uniform(-10.0, 10.0), random.uniform(0.0, 15.0));
+            Vec3::new(x, y, -slope * f64::hypot(x, rounded) + 0.05 * random.normal())
+        };
+        clouds.push((0..3000).map(&mut at).collect());
+    }
+    for height in [0.15, 0.4] {
+        let mut at = |k: usize| {
+            let (r, turn) = (10.0 * random.uniform(0.0, 1.0_f64).sqrt(), random.uniform(0.0, TAU));
+            let z =
+                height * (1.0 - (r / 10.0).powi(2)).sqrt() * if k % 2 == 0 { 1.0 } else { -1.0 };
+            Vec3::new(r * turn.cos(), r * turn.sin(), z + 0.01 * random.normal())
+        };
+        clouds.push((0..3000).map(&mut at).collect());
+    }
+    for (k, points) in clouds.into_iter().enumerate() {
+        let cloud = conicoid::geometry::PointCloud::from_points(points);
+        for settings in
+            [&[][..], &[("tolerance", "1")], &[("method", "rcond"), ("rcond_threshold", "1e-6")]]
+        {
+            let mut parameters = Parameters::default();
+            settings.iter().for_each(|(name, value)| parameters.set(name, value).unwrap());
+            for region in segment(&cloud, &parameters, &Silent).unwrap().regions {
+                let axes = match &region.surface {
+                    Some(Surface::EllipticCylinder(s)) => &s.semi_axes[..],
+                    Some(Surface::Ellipsoid(s)) => &s.semi_axes[..],
+                    _ => continue,
+                };
+                assert!(axes[0] <= 25.0 * axes[axes.len() - 1], "{k} {settings:?}: {axes:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn only_the_surfaces_asked_for_are_reported() {
     let found = run(&bench(), &[("surfaces", "sphere,cone")]);
     assert_eq!(types(&found), [SPHERE]);

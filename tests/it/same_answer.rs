@@ -79,6 +79,10 @@ async fn json_and_protobuf_hold_the_same_numbers() {
     assert!(!regions.is_empty() && regions.len() == message.regions.len());
     for (region, told) in regions.iter().zip(&message.regions) {
         assert_eq!(region["coefficients"], serde_json::json!(told.coefficients));
+        assert_eq!(region["coefficients_error"], serde_json::json!(told.coefficients_error));
+        assert_eq!(region["local_coefficients"], serde_json::json!(told.local_coefficients));
+        let origin = told.local_origin.unwrap();
+        assert_eq!(region["local_origin"], serde_json::json!([origin.x, origin.y, origin.z]));
         assert_eq!(region["point_count"], told.point_count);
         assert_eq!(region["fit"]["rms"], told.fit.unwrap().rms);
     }

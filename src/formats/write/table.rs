@@ -17,6 +17,12 @@ pub struct RegionRow {
     pub max: f64,
     /// a1..a10 in the seed's order.
     pub coefficients: [f64; 10],
+    /// How far off these are as written, as a length; `None` where that is not known.
+    pub coefficients_error: Option<f64>,
+    /// An origin near the points.
+    pub local_origin: [f64; 3],
+    /// a1..a10 about that one.
+    pub local_coefficients: [f64; 10],
     /// The surface in engineering terms, where it has any.
     pub surface: Option<Surface>,
 }
@@ -24,7 +30,8 @@ pub struct RegionRow {
 const COLUMNS: &str = "id,type,point_count,rms,max,position_x,position_y,position_z,\
     direction_x,direction_y,direction_z,radius,half_angle,semi_axis_1,semi_axis_2,semi_axis_3,\
     semi_axis_1_x,semi_axis_1_y,semi_axis_1_z,semi_axis_2_x,semi_axis_2_y,semi_axis_2_z,\
-    a1,a2,a3,a4,a5,a6,a7,a8,a9,a10";
+    a1,a2,a3,a4,a5,a6,a7,a8,a9,a10,coefficients_error,local_origin_x,local_origin_y,local_origin_z,\
+    local_a1,local_a2,local_a3,local_a4,local_a5,local_a6,local_a7,local_a8,local_a9,local_a10";
 
 /// Writes one line for each region, under a line of names; a parameter its surface lacks stays empty.
 ///
@@ -39,13 +46,19 @@ pub fn write_regions_csv(out: &mut impl Write, rows: &[RegionRow]) -> io::Result
     for row in rows {
         let name = row.surface_type.name();
         write!(out, "{},{name},{},{},{}", row.id, row.point_count, row.rms, row.max)?;
-        row.surface.as_ref().map_or([None; 17], parameters).iter().try_for_each(
-            |cell| match cell {
-                Some(value) => write!(out, ",{value}"),
-                None => write!(out, ","),
-            },
-        )?;
-        row.coefficients.iter().try_for_each(|a| write!(out, ",{a}"))?;
+        let surface = row.surface.as_ref().map_or([None; 17], parameters);
+        let local = row.local_origin.iter().chain(&row.local_coefficients);
+        let cells = surface
+            .into_iter()
+            .chain(row.coefficients.map(Some))
+            .chain([row.coefficients_error])
+            .chain(local.map(|v| Some(*v)));
+        for cell in cells {
+            match cell {
+                Some(value) => write!(out, ",{value}")?,
+                None => write!(out, ",")?,
+            }
+        }
         writeln!(out)?;
     }
     Ok(())
@@ -103,6 +116,9 @@ mod tests {
             rms: 0.01,
             max: 0.04,
             coefficients: [0.5; 10],
+            coefficients_error: None,
+            local_origin: [500_000.1, 0.0, -2.0],
+            local_coefficients: [0.25; 10],
             surface,
         };
         let mut bytes = Vec::new();
@@ -127,6 +143,9 @@ mod tests {
         let t = table(SurfaceType::Cylinder, Some(Surface::Cylinder(cylinder)));
         let cells = ["id", "type", "position_y", "direction_z", "radius", "half_angle", "a10"];
         assert_eq!(cells.map(|c| cell(&t, c)), ["3", "cylinder", "2", "1", "7.25", "", "0.5"]);
+        let cells =
+            ["coefficients_error", "local_origin_x", "local_origin_z", "local_a1", "local_a10"];
+        assert_eq!(cells.map(|c| cell(&t, c)), ["", "500000.1", "-2", "0.25", "0.25"]);
         let elliptic = EllipticCylinder {
             axis_point: Vec3::zeros(),
             axis_direction: Vec3::z(),

@@ -24,8 +24,11 @@ pub fn adopt(scene: &Scene, model: &mut Model, sigma: f64) -> usize {
     let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
     let mut adopted = 0;
     for piece in unassigned(scene, &model.labels) {
+        if scene.cancelled() {
+            break;
+        }
         let explains = |ruler: &Ruler| explained(scene, &piece, ruler, sigma);
-        let found = rulers.iter().map(explains).enumerate();
+        let found = rulers.iter().take_while(|_| !scene.cancelled()).map(explains).enumerate();
         let best =
             found.filter_map(|(l, mean_sq)| Some((l, mean_sq?))).min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((l, _)) = best else { continue };
@@ -87,7 +90,7 @@ mod tests {
     const SIGMA: f64 = 0.01;
 
     /// A large face with a region; a small one beside, `height` above its plane, without.
-    fn apart(height: f64) -> (Scene, Model) {
+    fn apart(height: f64) -> (Scene<'static>, Model) {
         let grid = |n: usize, x: f64, z: f64| {
             (0..n * n).map(move |k| Vec3::new(x + (k % n) as f64, (k / n) as f64, z))
         };

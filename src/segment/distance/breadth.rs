@@ -20,6 +20,8 @@ const CENTRES: usize = 64;
 const REACH: f64 = 10.0;
 /// Points measured around each.
 const AROUND: usize = 4000;
+/// Points looked at between two looks at whether the work was cancelled.
+const WATCHED: usize = 1024;
 /// Points that tell breadth from a curve's bend.
 const LEAST: usize = 6;
 /// Sigmas that a surface is broader than. Points on a curve scatter by one across it.
@@ -41,6 +43,9 @@ pub fn mark(scene: &Scene, model: &mut Model, sigma: f64) {
         .map_init(
             || Walk::new(scene.len()),
             |walk, (shape, group)| {
+                if scene.cancelled() {
+                    return true;
+                }
                 let sigma = sigma.max(scatter(scene, shape, group));
                 !Region { scene, labels, shape, group, sigma }.is_surface(walk)
             },
@@ -63,7 +68,7 @@ fn scatter(scene: &Scene, shape: &Shape, group: &[u32]) -> f64 {
 
 /// The points of one region and the surface they are said to lie on.
 struct Region<'a> {
-    scene: &'a Scene,
+    scene: &'a Scene<'a>,
     labels: &'a [i32],
     shape: &'a Shape,
     group: &'a [u32],
@@ -134,7 +139,8 @@ impl Region<'_> {
         if curves.iter().all(|c| *c == curves[0]) {
             return false;
         }
-        let between = places.iter().filter(|p| self.is_between_curves(p, &curves)).count();
+        let looked_at = places.iter().take_while(|_| !self.scene.cancelled());
+        let between = looked_at.filter(|p| self.is_between_curves(p, &curves)).count();
         between * PLACES_BETWEEN >= places.len()
     }
 
@@ -145,6 +151,9 @@ impl Region<'_> {
         let near = 0.5 * REACH * sigma;
         let mut union = Union::new(group.len());
         for (k, &i) in group.iter().enumerate() {
+            if k % WATCHED == 0 && scene.cancelled() {
+                break;
+            }
             let at = scene.points[i as usize];
             let own = scene.neighbours(i as usize).iter();
             let own = own.filter_map(|j| Some((*j, group.binary_search(j).ok()?)));

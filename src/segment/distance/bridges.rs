@@ -52,7 +52,7 @@ pub fn break_bridges(scene: &Scene, model: &mut Model, families: &Families) -> u
         .map_init(
             || Walk::new(scene.len()),
             |walk, (region, (s, g))| {
-                if g.len() < 2 * LEAST {
+                if g.len() < 2 * LEAST || scene.cancelled() {
                     return None;
                 }
                 if s.family == Family::Plane {
@@ -129,6 +129,9 @@ fn planes_instead(
     let mut planes = Vec::with_capacity(pieces.len());
     let mut curved = Vec::new();
     for piece in pieces {
+        if scene.cancelled() {
+            return None;
+        }
         let (plane, saved) = gain_of_plane(shape, &take(scene, &piece, SAMPLE), families)?;
         if saved < -DOUBT {
             curved.extend(piece);
@@ -171,6 +174,9 @@ fn strips_instead(
     let mut gain = length;
     let mut strips: Vec<(Shape, f64, Vec<u32>)> = Vec::with_capacity(pieces.len());
     for piece in pieces {
+        if scene.cancelled() {
+            return None;
+        }
         let (strip, cost) = along(&piece)?;
         gain += own(&take(scene, &piece, usize::MAX));
         strips.push((strip, cost, piece));

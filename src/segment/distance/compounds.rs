@@ -52,6 +52,7 @@ pub fn split_compounds(scene: &Scene, model: &mut Model, families: &Families) ->
             let inside = |j: u32| frozen.labels[j as usize] == l as i32;
             let chance = CHANCE / (group.len().max(1) as f64).sqrt();
             let suspect = group.len() >= 2 * LEAST
+                && !scene.cancelled()
                 && shape.family.dof() > Family::Cylinder.dof()
                 && correlation(scene, shape, group, families.sigma, inside) > SUSPECT + chance;
             suspect.then(|| split(scene, shape, group, families))?
@@ -96,6 +97,9 @@ fn split(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Op
     let own = families.score(*shape, &points);
     let axes = principal_axes(&points);
     let splits = axes.into_iter().filter_map(|axis| {
+        if scene.cancelled() {
+            return None;
+        }
         let order = Along::new(&points, &normals, axis);
         order.split(shape, families)
     });
@@ -216,7 +220,7 @@ mod tests {
     const SIGMA: f64 = 0.01;
 
     /// Arcs of radii 10 and `radius` that join smoothly and bend the same way, taken for one elliptic cylinder.
-    fn arcs(radius: f64) -> (Scene, Model, Families) {
+    fn arcs(radius: f64) -> (Scene<'static>, Model, Families) {
         let mut random = Random::new(4);
         let points: Vec<Vec3> = (0..12_000)
             .map(|_| {

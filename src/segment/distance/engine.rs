@@ -88,6 +88,9 @@ pub fn take_with_normals(scene: &Scene, members: &[u32], limit: usize) -> (Vec<V
 fn refit(scene: &Scene, shapes: &mut [Shape], labels: &[i32], sigma: f64, limit: usize) {
     let groups = members(labels, shapes.len());
     shapes.par_iter_mut().zip(&groups).for_each(|(s, g)| {
+        if scene.cancelled() {
+            return;
+        }
         let points = take(scene, g, limit);
         if let Some(f) =
             fit(s, &points, None, &Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-6 })
@@ -100,6 +103,9 @@ fn refit(scene: &Scene, shapes: &mut [Shape], labels: &[i32], sigma: f64, limit:
 /// Relabels and refits until few labels change.
 pub fn settle(scene: &Scene, model: &mut Model, sigma: f64, rounds: usize) {
     for _ in 0..rounds {
+        if scene.cancelled() {
+            break;
+        }
         let before = model.labels.clone();
         relabel(scene, &model.shapes, &mut model.labels, sigma, 12);
         refit(scene, &mut model.shapes, &model.labels, sigma, 4000);
@@ -175,6 +181,9 @@ pub fn retype(scene: &Scene, model: &mut Model, families: &Families) -> usize {
         .zip(&groups)
         .enumerate()
         .map(|(l, (s, g))| {
+            if scene.cancelled() {
+                return None;
+            }
             let (points, normals) = take_core(scene, labels, g, l as i32, 2000);
             let worth = worth_trying(families, s, &points)?;
             let all = worth.each(&Patch { points: &points, normals: &normals }, &[*s]);
@@ -273,7 +282,7 @@ pub fn discover(
                 break;
             };
             doubtful = suspected;
-            choose(scene, found, families, 0)
+            choose(scene, found, families, 0, monitor)?
         } else {
             // What is left has a graph of its own: strips a point or two wide hold together in it.
             let open = open.iter().map(|&i| scene.points[i as usize]).collect();
@@ -283,7 +292,7 @@ pub fn discover(
             let found =
                 hypothesise(&rest, &few, usize::MAX, seed, &mut model.trials, |_| false, monitor)?;
             let found = found.into_iter().filter(|h| h.sound).collect();
-            choose(&rest, found, &few, model.shapes.len())
+            choose(&rest, found, &few, model.shapes.len(), monitor)?
         };
         if chosen.is_empty() {
             break;
@@ -303,6 +312,7 @@ pub fn discover(
         if families.policy.merge {
             adopt(scene, &mut model, families.sigma);
         }
+        monitor.check()?;
         if parameters.noise_sigma.is_none() {
             tighten(scene, &model, families);
         }
@@ -370,7 +380,7 @@ fn settled(
     families: &mut Families,
     monitor: &dyn Monitor,
 ) -> Result<Model, Cancelled> {
-    let (chosen, labels) = choose(scene, hypotheses, families, 0);
+    let (chosen, labels) = choose(scene, hypotheses, families, 0, monitor)?;
     let shapes = chosen.iter().map(|h| h.shape).collect();
     let allowed = families.sigma;
     let mut model = Model { shapes, labels, form_error: true, allowed, ..Model::default() };
@@ -379,6 +389,7 @@ fn settled(
     }
     converge(scene, &mut model, families, monitor)?;
     model.spurious = form::spurious(scene, families, &model.labels, model.shapes.len());
+    monitor.check()?;
     tighten(scene, &model, families);
     Ok(model)
 }
@@ -388,9 +399,11 @@ fn choose(
     found: Vec<Hypothesis>,
     families: &Families,
     first_label: usize,
-) -> (Vec<Hypothesis>, Vec<i32>) {
+    monitor: &dyn Monitor,
+) -> Result<(Vec<Hypothesis>, Vec<i32>), Cancelled> {
     let none = vec![-1; part.len()];
-    select(part, found, families.sigma, &none, first_label, families.policy.least)
+    let chosen = select(part, found, families.sigma, &none, first_label, families.policy.least);
+    monitor.check().map(|()| chosen)
 }
 
 /// Settles labels, families and surfaces: relabelling with refits, types, merging, then moves on the
@@ -406,6 +419,7 @@ fn converge(
         settle(scene, model, families.sigma, 8);
         monitor.check()?;
         let retyped = retype(scene, model, families);
+        monitor.check()?;
         let merged = merge(scene, model, families);
         model.merges += merged;
         let pruned = prune(model, families.policy.least);
@@ -426,12 +440,15 @@ fn converge(
         let broken = break_bridges(scene, model, families)
             + split_steps(scene, model, families)
             + split_compounds(scene, model, families);
+        monitor.check()?;
         model.merges += merge(scene, model, families);
+        monitor.check()?;
         settle(scene, model, families.sigma, 8);
         if gone + swapped + broken == 0 {
             break;
         }
     }
+    monitor.check()?;
     prune(model, families.policy.least);
     Ok(())
 }
@@ -447,7 +464,8 @@ fn drop_unsound(scene: &Scene, model: &mut Model, sigma: f64, last: bool) {
         .enumerate()
         .map(|(l, (s, g))| {
             let inside = |j: u32| model.labels[j as usize] == l as i32;
-            !is_parabolic(s)
+            !scene.cancelled()
+                && !is_parabolic(s)
                 && (last || !correlated(correlation(scene, s, g, sigma, inside), g.len()))
         })
         .collect();
@@ -486,5 +504,7 @@ pub fn holds_surface(
     let trials = &mut (0, 0);
     let found = hypothesise(&scene, &families, 64, parameters.seed, trials, |_| false, monitor)?;
     let none = vec![-1; m];
-    Ok(!select(&scene, found, sigma, &none, 0, 40).0.is_empty())
+    let chosen = select(&scene, found, sigma, &none, 0, 40).0;
+    monitor.check()?;
+    Ok(!chosen.is_empty())
 }

@@ -12,6 +12,7 @@ use super::spread::{Labelled, Share, posterior};
 use crate::fit::least_squares::{Columns, Fitted, Normal, Options, fit, fit_columns, squares};
 use crate::fit::{Family, Ruler, Shape, Spread};
 use crate::geometry::{Mat3, Vec3};
+use crate::segment::Monitor;
 
 /// Points of a region that its last iterated fit looks at; one step on all points follows.
 const SAMPLE: usize = 8_000;
@@ -41,25 +42,34 @@ const FORM: f64 = 1.5;
 /// root of its size of the end, and the step squares that.
 ///
 /// Where surfaces have a form error, outliers of it are weighed down instead, and there is no such step.
-pub fn finish(points: &[Vec3], labelled: &Labelled, model: &mut Model, sigma: f64) {
+pub fn finish(
+    points: &[Vec3],
+    labelled: &Labelled,
+    model: &mut Model,
+    sigma: f64,
+    monitor: &dyn Monitor,
+) {
     let shapes = &mut model.shapes[..];
     let mut samples = samples(points, labelled, shapes.len());
     shapes.par_iter_mut().zip(&mut samples).for_each(|(s, (points, total))| {
         points.fill_up();
         points.centre();
         let cauchy = model.form_error.then(|| CAUCHY * scatter(s, points).min(sigma));
-        *s = simplest(s, points, *total, sigma, cauchy);
+        *s = simplest(s, points, *total, sigma, cauchy, monitor);
     });
-    if model.form_error {
+    if model.form_error || monitor.cancelled() {
         return;
     }
-    let sums = normal_equations(points, labelled, shapes);
+    let sums = normal_equations(points, labelled, shapes, monitor);
     for ((s, n), (sample, _)) in shapes.iter_mut().zip(&sums).zip(&samples) {
         // What hardly shows in the points (the far axis of a short arc) can step far: a step that
         // fits the sample worse than chance has it is none. From the sample's best to that of all points its chi2
         // rises by about one for each degree of freedom.
         let chance = WORSE * s.family.dof() as f64 / sample.total().max(1.0);
         let worse = |next: &Shape| squares(next, sample) > (1.0 + chance) * squares(s, sample);
+        if monitor.cancelled() {
+            return;
+        }
         if let Some(next) = n.step(s, 3.0 * sigma, sample).filter(|next| !worse(next)) {
             *s = next;
         }
@@ -121,12 +131,20 @@ fn walk(labelled: &Labelled, range: Range<usize>, mut give: impl FnMut(usize, Ra
 }
 
 /// The normal equations of every region over all points, in one pass.
-fn normal_equations(points: &[Vec3], labelled: &Labelled, shapes: &[Shape]) -> Vec<Normal> {
+fn normal_equations(
+    points: &[Vec3],
+    labelled: &Labelled,
+    shapes: &[Shape],
+    monitor: &dyn Monitor,
+) -> Vec<Normal> {
     let parts: Vec<Vec<(usize, Normal)>> = labelled
         .labels
         .par_chunks(CHUNK)
         .enumerate()
         .map(|(c, labels)| {
+            if monitor.cancelled() {
+                return Vec::new();
+            }
             let range = c * CHUNK..c * CHUNK + labels.len();
             let by_region = by_region(points, labelled, range);
             by_region.into_iter().map(|(l, c)| (l, Normal::of(&shapes[l], &c))).collect()
@@ -162,9 +180,18 @@ const LEAKED: f64 = 12.0;
 ///
 /// Where residuals are correlated, a form error lets a richer family gain that many times more than noise
 /// would: the gain is divided by it.
-fn simplest(shape: &Shape, points: &Columns, total: f64, sigma: f64, cauchy: Option<f64>) -> Shape {
+fn simplest(
+    shape: &Shape,
+    points: &Columns,
+    total: f64,
+    sigma: f64,
+    cauchy: Option<f64>,
+    monitor: &dyn Monitor,
+) -> Shape {
     let o = Options { cauchy, steps: 6, tolerance: 1e-7 };
-    let fitted = |s: &Shape, steps| fit_columns(s, points, &Options { steps, ..o });
+    let fitted = |s: &Shape, steps| {
+        (!monitor.cancelled()).then(|| fit_columns(s, points, &Options { steps, ..o }))?
+    };
     let Some(f) = fitted(shape, o.steps) else { return *shape };
     let few = points.thinned(FEW);
     let floor = f.mean_sq.max(sigma * sigma);
@@ -262,6 +289,9 @@ pub fn shares(scene: &Scene, model: &Model, sigma: f64) -> Vec<Share> {
         .into_par_iter()
         .with_min_len(1024)
         .filter_map(|i| {
+            if i % 1024 == 0 && scene.cancelled() {
+                return None;
+            }
             let own = model.labels[i as usize];
             let beside =
                 |&j: &u32| model.labels[j as usize] >= 0 && model.labels[j as usize] != own;
@@ -277,6 +307,7 @@ pub fn shares(scene: &Scene, model: &Model, sigma: f64) -> Vec<Share> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::segment::Silent;
 
     #[test]
     fn a_long_ellipsoid_is_as_wide_as_its_cylinder_where_its_points_lie() {
@@ -321,7 +352,7 @@ mod tests {
             let origin = Vec3::new(0.0, 0.0, -radius);
             let size = [radius, 0.0, 0.0];
             let shape = Shape::with_axis(Family::Cylinder, origin, Vec3::y(), size);
-            simplest(&shape, &Columns::of(&points, None), n as f64, SIGMA, None).family
+            simplest(&shape, &Columns::of(&points, None), n as f64, SIGMA, None, &Silent).family
         };
         let length = |f: Family| f.description_length(n);
         let dearer = length(Family::Cylinder) - length(Family::Plane);

@@ -167,7 +167,7 @@ pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usi
 
 /// Whether most growths from elsewhere in a set of points end up with the same points.
 fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]) -> bool {
-    if points.len() < REGROWN {
+    if points.len() < REGROWN || scene.cancelled() {
         return false;
     }
     let mut own = points.to_vec();

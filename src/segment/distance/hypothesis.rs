@@ -336,7 +336,7 @@ pub fn grow(
     let mut starts = STARTS.iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
     starts.find_map(|&(start, most, least)| {
         let set = start_set(scene, walk, seed, start, most, families.sigma);
-        if set.len() < least.min(min_points) {
+        if set.len() < least.min(min_points) || scene.cancelled() {
             return None;
         }
         let grown = grow_from(scene, walk, families, set, min_points);
@@ -365,6 +365,9 @@ fn grow_from(
     let mut fresh = true;
     let mut thorough = THOROUGH;
     for _ in 0..40 {
+        if scene.cancelled() {
+            return None;
+        }
         let shape = best.shape;
         let ruler = Ruler::of(&shape);
         let limit = (support.len() * 2).max(40);

@@ -8,6 +8,7 @@ use super::scene::Scene;
 use super::uncertainty::Uncertainty;
 use crate::fit::Shape;
 use crate::geometry::{Vec3, perpendicular_frame};
+use crate::segment::equation::Equations;
 use crate::segment::{Continuity, Evidence, Extent, Fit};
 
 /// Border places of one joint that are looked at; of more, every n-th.
@@ -29,6 +30,8 @@ pub struct Known {
     pub evidence: Option<Evidence>,
     /// Where the points lie.
     pub extent: Option<Extent>,
+    /// The surface's coefficients; none of a region without points.
+    pub equations: Option<Equations>,
 }
 
 /// Two regions that touch.
@@ -58,6 +61,9 @@ pub fn joints(scene: &Scene, labels: &[i32], surfaces: &[Known], scale: &Scale) 
     borders(scene, labels)
         .into_iter()
         .filter_map(|(regions, pairs)| {
+            if scene.cancelled() {
+                return None;
+            }
             let [a, b] = regions.map(|r| &surfaces[r]);
             let border = Border { scene, pairs: &pairs, scale };
             let (continuity, resolution) = border.judge(a, b)?;
@@ -84,7 +90,7 @@ fn borders(scene: &Scene, labels: &[i32]) -> BTreeMap<[usize; 2], Vec<[u32; 2]>>
 
 /// The pairs of points across one border.
 struct Border<'a> {
-    scene: &'a Scene,
+    scene: &'a Scene<'a>,
     pairs: &'a [[u32; 2]],
     scale: &'a Scale,
 }

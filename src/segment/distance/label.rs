@@ -48,7 +48,7 @@ pub trait Labelling {
 /// The labels of a scene.
 pub struct SceneLabels<'a> {
     /// Its points and their neighbours.
-    pub scene: &'a Scene,
+    pub scene: &'a Scene<'a>,
     /// The surfaces.
     pub rulers: &'a [Ruler],
     /// One label a point.
@@ -280,6 +280,9 @@ impl Asked {
     }
 }
 
+/// Points looked at between two looks at whether the work was cancelled.
+const WATCHED: u32 = 256;
+
 /// Relabels points beside a boundary until none changes, at most `sweeps` times. Returns the changes
 /// of the last sweep.
 ///
@@ -299,14 +302,19 @@ pub fn relabel(
     let mut active: Vec<u32> = (0..n as u32)
         .into_par_iter()
         .with_min_len(4096)
-        .filter(|&i| best_label(&of, i) != frozen[i as usize])
+        .filter(|&i| {
+            (i % WATCHED != 0 || !scene.cancelled()) && best_label(&of, i) != frozen[i as usize]
+        })
         .collect();
     let mut queued = vec![false; n];
     let mut changed = 0;
     for _ in 0..sweeps {
         changed = 0;
         let mut next = Vec::new();
-        for &i in &active {
+        for (k, &i) in (0u32..).zip(&active) {
+            if k % WATCHED == 0 && scene.cancelled() {
+                return 0;
+            }
             queued[i as usize] = false;
             let best = best_label(&SceneLabels { scene, rulers: &rulers, labels, inverse }, i);
             if best != labels[i as usize] {

@@ -33,6 +33,9 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
     let inverse = 1.0 / (sigma * sigma);
     let mut merges = 0;
     loop {
+        if scene.cancelled() {
+            return merges;
+        }
         let groups = members(&model.labels, model.shapes.len());
         let samples: Vec<Vec<Vec3>> = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
         let m = model.shapes.len();
@@ -56,6 +59,9 @@ pub fn merge(scene: &Scene, model: &mut Model, families: &Families) -> usize {
         let mut found: Vec<(f64, usize, usize, Shape)> = pairs
             .par_iter()
             .filter_map(|&(a, b)| {
+                if scene.cancelled() {
+                    return None;
+                }
                 let (sa, sb) = (&model.shapes[a], &model.shapes[b]);
                 if sa.family == sb.family && !could_be_one(sa, sb, &samples[a], &samples[b]) {
                     return None;

@@ -47,7 +47,7 @@ use crate::fit::{Family, Shape};
 use crate::geometry::{PointCloud, Vec3};
 
 /// What the default method found.
-pub struct Found {
+pub struct Found<'a> {
     /// The cloud's distinct points relative to `centre`, in Morton order.
     pub points: Vec<Vec3>,
     /// The cloud's centre.
@@ -62,8 +62,10 @@ pub struct Found {
     pub noise: f64,
     /// Largest distance of a point from its surface, unless one was given.
     pub reach: f64,
+    /// Noise below this is that of the coordinates' digits.
+    pub rounding: f64,
     /// The points that surfaces were looked for on, taken evenly from `points`: see [`place`].
-    pub scene: Scene,
+    pub scene: Scene<'a>,
     /// How much work it was.
     pub counters: Counters,
 }
@@ -82,19 +84,20 @@ pub fn segment(
     Ok(report::report(parameters, found, monitor)?)
 }
 
-fn find(
+fn find<'a>(
     cloud: &[Vec3],
     parameters: &Parameters,
-    monitor: &dyn Monitor,
-) -> Result<Found, SegmentError> {
+    monitor: &'a dyn Monitor,
+) -> Result<Found<'a>, SegmentError> {
     monitor.progress(Stage::Prepare, 0.0);
     let (points, centre, places) = distinct_points(cloud, monitor)?;
     let (discovery, labelled) = discover_on_samples(&points, parameters, monitor)?;
     monitor.progress(Stage::Refine, 0.85);
     let reach = label::ACCEPT * discovery.scatter(points.len());
+    let rounding = rounding(&discovery.scene.points);
     let Discovery { scene, mut model, sigma, noise } = discovery;
     if parameters.refine {
-        finish::finish(&points, &labelled, &mut model, sigma);
+        finish::finish(&points, &labelled, &mut model, sigma, monitor);
         monitor.check()?;
     }
     let (trials, merges) = (model.trials, model.merges);
@@ -105,7 +108,7 @@ fn find(
         *l = -1;
     }
     let shapes = model.shapes;
-    Ok(Found { points, centre, places, shapes, labels, noise, reach, scene, counters })
+    Ok(Found { points, centre, places, shapes, labels, noise, reach, rounding, scene, counters })
 }
 
 /// The distinct points of a cloud in Morton order relative to their centre, that centre, and where each
@@ -160,13 +163,13 @@ const DENSE_ENOUGH: usize = 200;
 const SEEN: f64 = 0.9;
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
-fn discover_on_samples(
+fn discover_on_samples<'a>(
     points: &[Vec3],
     parameters: &Parameters,
-    monitor: &dyn Monitor,
-) -> Result<(Discovery, spread::Labelled), SegmentError> {
+    monitor: &'a dyn Monitor,
+) -> Result<(Discovery<'a>, spread::Labelled), SegmentError> {
     let n = points.len();
-    let label = |found: Discovery| -> Result<_, SegmentError> {
+    let label = |found: Discovery<'a>| -> Result<_, SegmentError> {
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
@@ -213,16 +216,26 @@ fn discover_on_samples(
     }
 }
 
+/// How far points reach from the cloud's centre.
+fn extent(points: &[Vec3]) -> f64 {
+    points.iter().map(|p| p.norm()).fold(0.0, f64::max)
+}
+
+/// The rounding of coordinates of single precision.
+fn rounding(points: &[Vec3]) -> f64 {
+    5e-8 * extent(points)
+}
+
 /// What was found on a sample.
-struct Discovery {
-    scene: Scene,
+struct Discovery<'a> {
+    scene: Scene<'a>,
     model: Model,
     /// Scatter about the surfaces that was reckoned with: noise, and form error where it is allowed.
     sigma: f64,
     noise: f64,
 }
 
-impl Discovery {
+impl Discovery<'_> {
     /// What the labels of `n` points reckon with.
     fn scatter(&self, n: usize) -> f64 {
         // Those of a sample's own points stay as they were given where it is all there is.
@@ -232,19 +245,19 @@ impl Discovery {
 
 /// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
 /// only where `bare_noise`, that of the points without it, is given.
-fn discover(
+fn discover<'a>(
     points: &[Vec3],
     limit: usize,
     bare_noise: Option<f64>,
     parameters: &Parameters,
-    monitor: &dyn Monitor,
-) -> Result<Discovery, SegmentError> {
+    monitor: &'a dyn Monitor,
+) -> Result<Discovery<'a>, SegmentError> {
     let n = points.len();
     let m = n.min(limit);
     let taken = (0..m).map(|k| points[place(k, m, n)]).collect();
     let mut scene = Scene::watched(taken, monitor)?;
-    let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
-    let rounding = 5e-8 * extent;
+    let extent = extent(&scene.points);
+    let rounding = rounding(&scene.points);
     let estimate = noise::estimate(&scene);
     let noise = parameters.noise_sigma.or(bare_noise).unwrap_or(estimate).max(rounding);
     monitor.check()?;
@@ -272,6 +285,7 @@ fn discover(
     };
     let sigma = families.sigma;
     breadth::mark(&scene, &mut model, sigma);
+    monitor.check()?;
     Ok(Discovery { scene, model, sigma, noise: if allowed > noise { noise } else { sigma } })
 }
 
@@ -284,6 +298,7 @@ fn label_all(
 ) -> Result<spread::Labelled, Cancelled> {
     if scene.len() == points.len() {
         let mut shares = finish::shares(scene, model, sigma);
+        monitor.check()?;
         let mut labels = model.labels.clone();
         for i in strays::strays(scene, &labels) {
             labels[i as usize] = -1;

@@ -43,6 +43,9 @@ pub fn remove_needless(scene: &Scene, model: &mut Model, families: &Families) ->
     order.sort_by_key(|&k| (groups[k].len(), k));
     let mut keep = vec![true; groups.len()];
     for b in order {
+        if scene.cancelled() {
+            return 0;
+        }
         let s = model.shapes[b];
         let n = groups[b].len();
         if n == 0 {
@@ -147,7 +150,7 @@ pub fn swap_families(scene: &Scene, model: &mut Model, families: &Families) -> u
             || vec![0u32; scene.len()],
             |slot, r| {
                 let current = frozen.shapes[r];
-                if groups[r].len() < 20 {
+                if groups[r].len() < 20 || scene.cancelled() {
                     return None;
                 }
                 let candidates = candidates(scene, frozen, families, &groups[r], r);

@@ -51,7 +51,7 @@ fn thinned_estimate(scene: &Scene, sigma: f64) -> f64 {
     let mut points = scene.points.clone();
     while points.len() >= THINNING * LEAST_THINNED {
         points = points.iter().step_by(THINNING).copied().collect();
-        let thin = Scene::new(points);
+        let thin = scene.part(points);
         let next = own_estimate(&thin);
         if next < GROWN * last {
             return next.max(last);
@@ -96,7 +96,7 @@ pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
     if scene.len() < 8 * 4 * K || !is_thick(scene, sigma) {
         return false;
     }
-    let thin = Scene::new(scene.points.iter().step_by(8).copied().collect());
+    let thin = scene.part(scene.points.iter().step_by(8).copied().collect());
     own_estimate(&thin) > 1.5 * sigma
 }
 
@@ -128,6 +128,9 @@ fn least_distances(scene: &Scene, thinned: usize, nth: usize, limit: f64) -> Vec
         .into_par_iter()
         .step_by(stride)
         .map(|i| {
+            if i / stride % WATCHED == 0 && scene.cancelled() {
+                return f64::INFINITY;
+            }
             let origin = scene.points[i];
             let mut q = [Vec3::zeros(); K];
             for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
@@ -137,6 +140,9 @@ fn least_distances(scene: &Scene, thinned: usize, nth: usize, limit: f64) -> Vec
         })
         .collect()
 }
+
+/// Neighbourhoods looked at between two looks at whether the work was cancelled.
+const WATCHED: usize = 64;
 
 fn quartile(mut v: Vec<f64>) -> f64 {
     let k = v.len() / 4;
@@ -178,6 +184,7 @@ fn smooth_estimate(scene: &Scene) -> f64 {
     let v: Vec<f64> = (0..n)
         .into_par_iter()
         .step_by(stride)
+        .filter(|i| i / stride % WATCHED != 0 || !scene.cancelled())
         .filter_map(|i| residual_variance(scene, i))
         .collect();
     if v.is_empty() {

@@ -3,7 +3,7 @@
 use super::pieces::pieces;
 use crate::fit::general_fit;
 use crate::geometry::{Frame, Quadric, SurfaceType, Tolerance, Vec3, recover};
-use crate::segment::Parameters;
+use crate::segment::{Monitor, Parameters};
 
 /// Points that a fit looks at.
 const SAMPLE: usize = 20_000;
@@ -24,6 +24,15 @@ pub struct Other {
     pub members: Vec<u32>,
 }
 
+impl Other {
+    /// Root mean square distance of its points from the quadric.
+    pub fn rms(&self, points: &[Vec3]) -> f64 {
+        let squares =
+            self.members.iter().map(|&i| self.quadric.distance(&points[i as usize]).powi(2));
+        (squares.sum::<f64>() / self.members.len().max(1) as f64).sqrt()
+    }
+}
+
 /// Whether any type beside the default ones is asked for.
 pub fn asked_for(parameters: &Parameters) -> bool {
     parameters.surfaces.iter().any(|t| !SurfaceType::DEFAULT.contains(t))
@@ -37,11 +46,13 @@ pub fn others(
     spacing: f64,
     noise: f64,
     parameters: &Parameters,
+    monitor: &dyn Monitor,
 ) -> Vec<Other> {
     let own: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
     let found =
         pieces(&own, REACH * spacing).into_iter().take_while(|p| p.len() >= parameters.min_points);
     found
+        .take_while(|_| !monitor.cancelled())
         .filter_map(|piece| {
             let part: Vec<Vec3> = piece.iter().map(|&k| own[k as usize]).collect();
             let (surface_type, quadric) = explain(&part, noise, parameters)?;

@@ -22,6 +22,9 @@ const KNOWN: f64 = 0.1;
 /// Where surfaces have a form error, that is what makes a far centre known.
 pub fn open(scene: &Scene, model: &Model, groups: &[Vec<u32>], sigma: f64) -> Vec<bool> {
     let look = |(s, g): (&Shape, &Vec<u32>)| {
+        if scene.cancelled() {
+            return (None, false);
+        }
         let points = take(scene, g, SAMPLE);
         let axis = far_axis(s, &points);
         let known = axis.is_some_and(|k| !model.form_error && is_known(s, k, &points, sigma));

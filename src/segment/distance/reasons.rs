@@ -6,6 +6,7 @@ use super::noise::VOLUME;
 use super::scene::{K, Scene};
 use super::union::Union;
 use crate::geometry::Vec3;
+use crate::segment::Monitor;
 
 /// Points looked at; with more, every n-th stands for the rest.
 const SAMPLE: usize = 50_000;
@@ -48,7 +49,12 @@ impl Reason {
 /// Points hang together within 2.5 spacings. A group of fewer than ten, or one that fills a volume, is
 /// outliers; one below `min_points` is too small a patch; any other is a surface that is no quadric.
 /// Of more than 50 000 points the counts are estimated from a sample.
-pub fn explain(points: &[Vec3], spacing: f64, min_points: usize) -> BTreeMap<Reason, usize> {
+pub fn explain(
+    points: &[Vec3],
+    spacing: f64,
+    min_points: usize,
+    monitor: &dyn Monitor,
+) -> BTreeMap<Reason, usize> {
     let mut counts = BTreeMap::new();
     let stride = points.len().div_ceil(SAMPLE).max(1);
     let sample: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
@@ -57,9 +63,12 @@ pub fn explain(points: &[Vec3], spacing: f64, min_points: usize) -> BTreeMap<Rea
         return counts;
     }
     let (m, n) = (sample.len(), points.len());
-    let scene = Scene::new(sample);
+    let Ok(scene) = Scene::watched(sample, monitor) else { return counts };
     let mut seen = 0;
     for group in groups(&scene, REACH * spacing * (stride as f64).sqrt()) {
+        if scene.cancelled() {
+            break;
+        }
         let reason = judge(&scene, &group, group.len() * stride, min_points);
         // Shares are cut from one running total, so that they add up to n.
         let (from, to) = (seen * n / m, (seen + group.len()) * n / m);
@@ -95,6 +104,7 @@ fn judge(scene: &Scene, group: &[u32], size: usize, min_points: usize) -> Reason
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::segment::Silent;
     use crate::segment::random::SplitMix64;
 
     fn uniform(random: &mut SplitMix64) -> f64 {
@@ -115,7 +125,7 @@ mod tests {
         let mut points = sheet(0.0, 20);
         points.extend(sheet(100.0, 5));
         points.extend((0..7).map(|k| Vec3::new(300.0 + 50.0 * f64::from(k), 0.0, 9.0)));
-        let counts = explain(&points, 1.0, 50);
+        let counts = explain(&points, 1.0, 50, &Silent);
         let expected = [(Reason::Outlier, 7), (Reason::TooSmall, 25), (Reason::NoQuadric, 400)];
         assert_eq!(counts, expected.into());
     }
@@ -125,7 +135,7 @@ mod tests {
         let mut random = SplitMix64::new(1);
         let mut u = || 10.0 * uniform(&mut random);
         let points: Vec<Vec3> = (0..1000).map(|_| Vec3::new(u(), u(), u())).collect();
-        assert_eq!(explain(&points, 1.0, 50), [(Reason::Outlier, 1000)].into());
+        assert_eq!(explain(&points, 1.0, 50, &Silent), [(Reason::Outlier, 1000)].into());
     }
 
     #[test]
@@ -135,7 +145,7 @@ mod tests {
             let side = (n as f64).sqrt();
             let mut u = || side * uniform(&mut random);
             let points: Vec<Vec3> = (0..n).map(|_| Vec3::new(u(), u(), 0.0)).collect();
-            let counts = explain(&points, 1.0, 50);
+            let counts = explain(&points, 1.0, 50, &Silent);
             assert_eq!(counts.values().sum::<usize>(), n);
             assert!(counts[&Reason::NoQuadric] > n * 9 / 10, "{counts:?}");
         }
@@ -143,7 +153,7 @@ mod tests {
 
     #[test]
     fn a_handful_of_points_are_outliers_and_none_have_no_reason() {
-        assert_eq!(explain(&[Vec3::zeros(); 3], 1.0, 50), [(Reason::Outlier, 3)].into());
-        assert_eq!(explain(&[], 1.0, 50).values().sum::<usize>(), 0);
+        assert_eq!(explain(&[Vec3::zeros(); 3], 1.0, 50, &Silent), [(Reason::Outlier, 3)].into());
+        assert_eq!(explain(&[], 1.0, 50, &Silent).values().sum::<usize>(), 0);
     }
 }

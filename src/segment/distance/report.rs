@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::constraints::{Candidate, enforce};
+use super::constraints::{Candidate, enforce, most_rms};
 use super::evidence::{self, evidence};
 use super::joints::{Joint, Known, Scale, joints};
 use super::label::members;
@@ -12,8 +12,9 @@ use super::others::{Other, asked_for};
 use super::reasons::{Reason, explain};
 use super::uncertainty::{self, Uncertainty};
 use super::{Found, place};
-use crate::fit::{Family, Ruler};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
+use crate::segment::equation::Equations;
 use crate::segment::{
     Cancelled, Extent, Fit, Monitor, Neighbour, Parameters, Region, Segmentation, Unassigned,
 };
@@ -35,12 +36,14 @@ pub fn report(
     let spacing = found.scene.spacing / density.sqrt();
     let (candidates, mut free) = candidates(&found, asked_for(parameters));
     let resolved = resolved(parameters, &found);
-    let (kept, mut reasons) = enforce(points, candidates, &resolved);
+    let most_rms = most_rms(parameters, found.rounding);
+    let (kept, mut reasons) = enforce(points, candidates, &resolved, most_rms, monitor);
     let mut labels = labels(&kept, points.len());
     monitor.check()?;
     let mut others = Vec::new();
     if asked_for(parameters) {
-        others = super::others::others(points, &free, spacing, found.noise, parameters);
+        others = super::others::others(points, &free, spacing, found.noise, parameters, monitor);
+        others.retain(|o| o.rms(points) <= most_rms);
         others.truncate(parameters.max_regions.saturating_sub(kept.len()));
         for (k, other) in others.iter().enumerate() {
             other.members.iter().for_each(|&i| labels[i as usize] = (kept.len() + k) as i32);
@@ -48,17 +51,20 @@ pub fn report(
         free.retain(|&i| labels[i as usize] < 0);
     }
     let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
-    for (reason, n) in explain(&left, spacing, parameters.min_points) {
+    for (reason, n) in explain(&left, spacing, parameters.min_points, monitor) {
         *reasons.entry(reason).or_insert(0) += n;
     }
     monitor.check()?;
-    let tallies = tallies(points, &labels, &kept);
+    let tallies = tallies(points, &labels, &kept, monitor);
+    monitor.check()?;
     let known: Vec<Known> =
-        kept.par_iter().zip(&tallies).map(|(c, t)| Known::of(c, t, &found)).collect();
+        kept.par_iter().zip(&tallies).filter_map(|(c, t)| Known::of(c, t, &found)).collect();
     monitor.check()?;
     let joints = touching(&known, &labels, &found, density);
+    monitor.check()?;
     let first = known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
-    let further = others.iter().enumerate().map(|(k, o)| of_other_type(known.len() + k, o, &found));
+    let further =
+        others.iter().enumerate().filter_map(|(k, o)| of_other_type(known.len() + k, o, &found));
     let mut regions: Vec<Region> = first.chain(further).collect();
     let labels = in_cloud_order(&labels, &found.places);
     count_points(&mut regions, &labels);
@@ -106,24 +112,30 @@ fn candidates(found: &Found, free_tori: bool) -> (Vec<Candidate>, Vec<u32>) {
 }
 
 /// The region of a quadric that has no engineering parameters here.
-fn of_other_type(id: usize, other: &Other, found: &Found) -> Region {
+fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
     let points: Vec<Vec3> = other.members.iter().map(|&i| found.points[i as usize]).collect();
     let mut scatter = Scatter::default();
     points.iter().for_each(|p| scatter.add(other.quadric.distance(p)));
-    let (coefficients, coefficients_scale) = other.quadric.moved_to(&-found.centre).scaled();
-    Region {
+    let (centre, extent) = (found.centre, extent_of(&points, &found.centre)?);
+    let far = other.quadric.moved_to(&-centre);
+    let local = |o: &Vec3| other.quadric.moved_to(&(o - centre));
+    let equations = Equations::of(&far, local, &extent, points.len(), |k| points[k] + centre);
+    Some(Region {
         id,
         surface_type: other.surface_type,
         point_count: points.len(),
-        coefficients: coefficients.0,
-        coefficients_scale,
+        coefficients: equations.coefficients,
+        coefficients_scale: equations.coefficients_scale,
+        coefficients_error: equations.coefficients_error,
+        local_origin: equations.local_origin,
+        local_coefficients: equations.local_coefficients,
         surface: None,
         uncertainty: None,
         fit: scatter.fit(points.len(), 0),
         evidence: None,
-        extent: extent_of(&points, &found.centre),
+        extent: Some(extent),
         neighbours: Vec::new(),
-    }
+    })
 }
 
 fn labels(kept: &[Candidate], n: usize) -> Vec<i32> {
@@ -202,13 +214,21 @@ impl Tally {
 }
 
 /// Sums over the points of every region, in one pass.
-fn tallies(points: &[Vec3], labels: &[i32], kept: &[Candidate]) -> Vec<Tally> {
+fn tallies(
+    points: &[Vec3],
+    labels: &[i32],
+    kept: &[Candidate],
+    monitor: &dyn Monitor,
+) -> Vec<Tally> {
     let rulers: Vec<Ruler> = kept.iter().map(|c| Ruler::of(&c.shape)).collect();
     let parts: Vec<Vec<(usize, Tally)>> = labels
         .par_chunks(CHUNK)
         .zip(points.par_chunks(CHUNK))
         .map(|(labels, points)| {
             let mut sums: Vec<(usize, Tally)> = Vec::new();
+            if monitor.cancelled() {
+                return sums;
+            }
             let mut from = 0;
             for run in labels.chunk_by(|a, b| a == b) {
                 let own = &points[from..from + run.len()];
@@ -239,7 +259,11 @@ fn sample(points: &[Vec3], members: &[u32], limit: usize) -> Vec<Vec3> {
 }
 
 impl Known {
-    fn of(candidate: &Candidate, tally: &Tally, found: &Found) -> Self {
+    /// `None` where the work was cancelled.
+    fn of(candidate: &Candidate, tally: &Tally, found: &Found) -> Option<Self> {
+        if found.scene.cancelled() {
+            return None;
+        }
         let members = &candidate.members;
         let centroid = tally.sum / members.len().max(1) as f64;
         let shape = candidate.shape.recentred(&centroid);
@@ -252,24 +276,29 @@ impl Known {
             members.iter().step_by(stride).map(|&i| found.points[i as usize]).collect();
         let share = members.len() as f64 / some.len() as f64;
         let few = sample(&found.points, members, evidence::SAMPLE);
-        Self {
+        let extent = tally.extent(&found.centre);
+        Some(Self {
             uncertainty: Uncertainty::of(&shape, &some, share, sigma),
             evidence: evidence(&shape, &few, sigma),
-            extent: tally.extent(&found.centre),
+            equations: extent.and_then(|extent| equations(&shape, members, &extent, found)),
+            extent,
             shape,
             fit,
-        }
+        })
     }
 
     fn region(&self, id: usize, centre: &Vec3, joints: &[Joint]) -> Option<Region> {
         let surface = self.shape.translated(centre).surface()?;
-        let (coefficients, coefficients_scale) = surface.quadric().scaled();
+        let equations = self.equations?;
         Some(Region {
             id,
             surface_type: surface.surface_type(),
             point_count: self.fit.used,
-            coefficients: coefficients.0,
-            coefficients_scale,
+            coefficients: equations.coefficients,
+            coefficients_scale: equations.coefficients_scale,
+            coefficients_error: equations.coefficients_error,
+            local_origin: equations.local_origin,
+            local_coefficients: equations.local_coefficients,
             surface: Some(surface),
             uncertainty: self.uncertainty.as_ref().map(Uncertainty::to_json),
             fit: self.fit,
@@ -278,6 +307,15 @@ impl Known {
             neighbours: joints.iter().filter_map(|j| neighbour(j, id)).collect(),
         })
     }
+}
+
+/// The equations of a shape relative to the cloud's centre. The one about an origin near the points comes from the
+/// shape itself: what the file's origin has cancelled is not to be had back.
+fn equations(shape: &Shape, members: &[u32], extent: &Extent, found: &Found) -> Option<Equations> {
+    let far = shape.translated(&found.centre).surface()?.quadric();
+    let local = |o: &Vec3| shape.translated(&(found.centre - o)).quadric().unwrap_or(far);
+    let point = |k: usize| found.points[members[k] as usize] + found.centre;
+    Some(Equations::of(&far, local, extent, members.len(), point))
 }
 
 fn neighbour(joint: &Joint, id: usize) -> Option<Neighbour> {

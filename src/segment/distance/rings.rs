@@ -129,7 +129,7 @@ mod tests {
     const SIGMA: f64 = 0.01;
 
     /// Points of two rings, where `at` says how far out and how high the place `s` across a ring lies, in [-1, 1].
-    fn rings(at: impl Fn(f64) -> [f64; 2], turn: f64) -> Scene {
+    fn rings(at: impl Fn(f64) -> [f64; 2], turn: f64) -> Scene<'static> {
         let random = &mut Random::new(9);
         let n = 400;
         let points = (0..2 * n)

@@ -6,13 +6,13 @@ use rayon::prelude::*;
 pub use super::nearest::K;
 use super::nearest::{Runs, Search};
 use crate::geometry::{Mat3, Vec3};
-use crate::segment::{Cancelled, Monitor, Silent};
+use crate::segment::{Cancelled, Monitor};
 
 /// Points worked on at once; fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 512;
 
 /// Distinct points in Morton order with the graph of their nearest neighbours.
-pub struct Scene {
+pub struct Scene<'a> {
     /// The points, relative to the cloud's centre.
     pub points: Vec<Vec3>,
     /// A unit normal of each point's neighbourhood; its sign means nothing.
@@ -23,25 +23,28 @@ pub struct Scene {
     neighbours: Vec<u32>,
     /// Median distance to the fourth neighbour.
     pub spacing: f64,
+    /// Who may cancel the work on it.
+    monitor: &'a dyn Monitor,
 }
 
-impl Scene {
-    /// Builds the graph and the normals of points in Morton order. At least one point.
+impl<'a> Scene<'a> {
+    /// The scene that nobody cancels.
+    #[cfg(test)]
     pub fn new(points: Vec<Vec3>) -> Self {
-        Self::built(points, &Silent)
+        Self::built(points, &crate::segment::Silent)
     }
 
-    /// [`new`](Self::new) for many points.
+    /// Builds the graph and the normals of points in Morton order. At least one point.
     ///
     /// # Errors
     /// `monitor` cancelled the work.
-    pub fn watched(points: Vec<Vec3>, monitor: &dyn Monitor) -> Result<Self, Cancelled> {
+    pub fn watched(points: Vec<Vec3>, monitor: &'a dyn Monitor) -> Result<Self, Cancelled> {
         let scene = Self::built(points, monitor);
         monitor.check().map(|()| scene)
     }
 
     /// The scene; half of one where `monitor` cancels meanwhile.
-    fn built(points: Vec<Vec3>, monitor: &dyn Monitor) -> Self {
+    fn built(points: Vec<Vec3>, monitor: &'a dyn Monitor) -> Self {
         let n = points.len();
         let mut neighbours = vec![0u32; n * K];
         let mut normals = vec![Vec3::z(); n];
@@ -72,7 +75,19 @@ impl Scene {
             });
         let mid = n / 2;
         let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
-        Self { points, normals, roughness, neighbours, spacing }
+        Self { points, normals, roughness, neighbours, spacing, monitor }
+    }
+
+    /// The scene of some other points, watched by the same monitor; half of one where it cancels.
+    pub fn part(&self, points: Vec<Vec3>) -> Self {
+        Self::built(points, self.monitor)
+    }
+
+    /// Whether the work on the scene is to stop. Loops over points, regions or pairs of them ask it every few
+    /// milliseconds and then leave off: what they return is worth nothing, and whoever has the monitor asks next.
+    #[inline]
+    pub fn cancelled(&self) -> bool {
+        self.monitor.cancelled()
     }
 
     /// Replaces normals of rough neighbourhoods (edges, thin walls), where a plane through the point and two
@@ -84,6 +99,9 @@ impl Scene {
             .with_min_len(256)
             .map(|i| {
                 let old = (self.normals[i], self.roughness[i]);
+                if i % CHUNK == 0 && self.cancelled() {
+                    return old;
+                }
                 let p = self.points[i];
                 let mut q = [Vec3::zeros(); K];
                 let mut sum = 0.0;
@@ -424,6 +442,7 @@ fn spread(v: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::segment::Silent;
     use crate::segment::random::SplitMix64;
 
     /// `n` places in a cube of so many steps a side, some of them the same.

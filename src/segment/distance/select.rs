@@ -26,6 +26,9 @@ pub fn select(
     let worth: Vec<Vec<f32>> = hypotheses
         .iter()
         .map(|h| {
+            if scene.cancelled() {
+                return Vec::new();
+            }
             let gain = |&i: &u32| {
                 (POINT_GAIN - h.shape.distance(&scene.points[i as usize]).powi(2) * inverse) as f32
             };
@@ -51,6 +54,9 @@ pub fn select(
         .collect();
     let mut chosen = Vec::new();
     loop {
+        if scene.cancelled() {
+            break;
+        }
         bound.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2)));
         let Some(&(_, old, k)) = bound.first() else { break };
         let now = gain(k, &labels);

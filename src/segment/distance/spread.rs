@@ -44,6 +44,7 @@ pub fn spread(
     monitor: &dyn Monitor,
 ) -> Result<Labelled, Cancelled> {
     let around = Around::of(scene, &model.labels);
+    monitor.check()?;
     let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
     let inverse = 1.0 / (sigma * sigma);
     let mut labels = vec![-1; points.len()];
@@ -185,6 +186,9 @@ impl Around {
         let parts: Vec<Self> = starts
             .into_par_iter()
             .map(|from| {
+                if scene.cancelled() {
+                    return Self { ends: Vec::new(), labels: Vec::new() };
+                }
                 let mut part = Self { ends: Vec::new(), labels: Vec::new() };
                 for i in from..scene.len().min(from + CHUNK) {
                     let start = part.labels.len();
@@ -253,19 +257,26 @@ fn second_look(
     let found: Vec<i32> = none
         .par_iter()
         .with_min_len(256)
-        .map(|&i| {
-            let p = &points[i as usize];
-            let nearest =
-                tree.query(&[p.x, p.y, p.z]).nearest_one::<SquaredEuclidean<f64>>().execute();
-            let mut best = (ACCEPT * ACCEPT, -1);
-            for &l in around.at(nearest.item as usize) {
-                let r = rulers[l as usize].distance(p).powi(2) * inverse;
-                if r <= best.0 {
-                    best = (r, l);
+        .with_max_len(WATCHED)
+        .map_init(
+            || scene.cancelled(),
+            |cancelled, &i| {
+                if *cancelled {
+                    return -1;
                 }
-            }
-            best.1
-        })
+                let p = &points[i as usize];
+                let nearest =
+                    tree.query(&[p.x, p.y, p.z]).nearest_one::<SquaredEuclidean<f64>>().execute();
+                let mut best = (ACCEPT * ACCEPT, -1);
+                for &l in around.at(nearest.item as usize) {
+                    let r = rulers[l as usize].distance(p).powi(2) * inverse;
+                    if r <= best.0 {
+                        best = (r, l);
+                    }
+                }
+                best.1
+            },
+        )
         .collect();
     for (&i, l) in none.iter().zip(found) {
         labels[i as usize] = l;

@@ -51,7 +51,7 @@ pub fn split_steps(scene: &Scene, model: &mut Model, families: &Families) -> usi
         .par_iter()
         .zip(&groups)
         .map(|(shape, group)| {
-            let enough = group.len() >= 2 * LEAST;
+            let enough = group.len() >= 2 * LEAST && !scene.cancelled();
             (enough && is_uneven(scene, shape, group, families.sigma))
                 .then(|| sides(scene, shape, group, families))?
         })
@@ -204,7 +204,7 @@ mod tests {
     const SIGMA: f64 = 0.01;
 
     /// A shaft whose radius grows by `step` halfway, taken for one cylinder.
-    fn shaft(step: f64) -> (Scene, Model, Families) {
+    fn shaft(step: f64) -> (Scene<'static>, Model, Families) {
         let mut random = Random::new(8);
         let mut points: Vec<Vec3> = (0..6000)
             .map(|_| {

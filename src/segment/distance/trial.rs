@@ -12,6 +12,8 @@ use crate::geometry::Vec3;
 const RINGS: usize = 3;
 /// Rounds of relabelling and refitting inside one trial move.
 const ROUNDS: usize = 3;
+/// Points looked at between two looks at whether the work was cancelled.
+const WATCHED: usize = 512;
 /// Sweeps of one such relabelling.
 const SWEEPS: usize = 3;
 
@@ -39,7 +41,7 @@ fn affected(scene: &Scene, region: &[u32], slot: &mut [u32]) -> Vec<u32> {
 
 /// Where one region's surface is tried anew: the points that it may win or lose.
 pub struct Place<'a> {
-    scene: &'a Scene,
+    scene: &'a Scene<'a>,
     /// Labels and surfaces as they are.
     labels: &'a [i32],
     rulers: &'a [Ruler],
@@ -58,7 +60,7 @@ pub struct Place<'a> {
 impl<'a> Place<'a> {
     /// The place of a region; `slot` is nought everywhere.
     pub fn new(
-        scene: &'a Scene,
+        scene: &'a Scene<'a>,
         model: &'a Model,
         rulers: &'a [Ruler],
         region: usize,
@@ -150,6 +152,9 @@ impl<'a> Trial<'a> {
     pub fn run(mut self, start: &Shape, sigma: f64, refit: bool) -> (f64, Shape) {
         let mut shape = *start;
         for round in 0..ROUNDS {
+            if self.place.scene.cancelled() {
+                break;
+            }
             self.relabel(&shape);
             let last = !refit || round + 1 == ROUNDS;
             if last {
@@ -181,6 +186,9 @@ impl<'a> Trial<'a> {
         for _ in 0..SWEEPS {
             let mut changed = false;
             for k in 0..self.labels.len() {
+                if k % WATCHED == 0 && self.place.scene.cancelled() {
+                    return;
+                }
                 if std::mem::take(&mut self.open[k]) {
                     changed |= self.look(k, &ruler);
                 }

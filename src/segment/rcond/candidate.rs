@@ -1,5 +1,6 @@
-use super::FittedSurface;
+use super::{FittedSurface, watched};
 use crate::grow::{Grown, Pool};
+use crate::segment::Monitor;
 
 /// The most points a candidate is judged on.
 const JUDGED: usize = 4096;
@@ -18,7 +19,7 @@ impl Candidate {
     /// The surface of `grown` as it is, or as it was at an earlier size where that has more
     /// support: so a region that has run over a joint still yields the surface it began on. `None`
     /// where there is no fit.
-    pub fn of(grown: Grown, pool: &Pool, threshold: f64) -> Option<Self> {
+    pub fn of(grown: Grown, pool: &Pool, threshold: f64, monitor: &dyn Monitor) -> Option<Self> {
         let members = grown.region.members();
         let first_two = [*pool.point(*members.first()?), *pool.point(*members.get(1)?)];
         let frame = grown.region.condition().frame();
@@ -26,7 +27,7 @@ impl Candidate {
             .region
             .stages()
             .filter_map(|scatter| FittedSurface::from_scatter(scatter, frame, first_two))
-            .map(|surface| (support(&surface, pool, threshold), surface))
+            .map(|surface| (support(&surface, pool, threshold, monitor), surface))
             .max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(Self { grown, surface, support })
     }
@@ -37,11 +38,12 @@ impl Candidate {
 ///
 /// A mixture of two surfaces, grown from a seed near their joint, may well reach as many points
 /// as either; but its residuals fill the threshold, so it is worth less than a pure region.
-fn support(surface: &FittedSurface, pool: &Pool, threshold: f64) -> f64 {
+fn support(surface: &FittedSurface, pool: &Pool, threshold: f64, monitor: &dyn Monitor) -> f64 {
     let step = pool.available().len().div_ceil(JUDGED).max(1);
     let worth = |&i: &u32| {
         let residual = surface.residual_within(pool.point(i), threshold)?;
         Some(1.0 - (residual / threshold).powi(2))
     };
-    pool.available().iter().step_by(step).filter_map(worth).sum::<f64>() * step as f64
+    let judged = watched(pool.available().iter().step_by(step), monitor);
+    judged.filter_map(worth).sum::<f64>() * step as f64
 }

@@ -1,5 +1,6 @@
-use super::{Candidate, FittedSurface};
+use super::{Candidate, FittedSurface, watched};
 use crate::grow::Pool;
+use crate::segment::Monitor;
 
 /// After so many cycles a region that still moves is taken as it is.
 const MAX_CYCLES: usize = 50;
@@ -21,7 +22,12 @@ pub struct Extracted {
 ///
 /// Points that the new surface no longer accepts leave: a few of a neighbour's in the grown region
 /// must not hold its surface off. `None` where too few points remain for a fit.
-pub fn extract(pool: &Pool, candidate: &Candidate, threshold: f64) -> Option<Extracted> {
+pub fn extract(
+    pool: &Pool,
+    candidate: &Candidate,
+    threshold: f64,
+    monitor: &dyn Monitor,
+) -> Option<Extracted> {
     let mut extracted = Extracted {
         surface: candidate.surface,
         members: candidate.grown.region.members().to_vec(),
@@ -30,23 +36,28 @@ pub fn extract(pool: &Pool, candidate: &Candidate, threshold: f64) -> Option<Ext
     };
     extracted.members.sort_unstable();
     let mut inside = vec![false; pool.len()];
-    while extracted.cycles.len() < MAX_CYCLES {
+    while extracted.cycles.len() < MAX_CYCLES && !monitor.cancelled() {
         let surface = &extracted.surface;
-        let members: Vec<u32> = accepted(pool, surface, threshold).collect();
+        let members: Vec<u32> = accepted(pool, surface, threshold, monitor).collect();
         if members == extracted.members {
             break;
         }
         inside.fill(false);
         extracted.members.iter().for_each(|&i| inside[i as usize] = true);
         extracted.cycles.push(members.iter().filter(|&&i| !inside[i as usize]).count());
-        let points = members.iter().map(|&i| *pool.point(i));
+        let points = watched(members.iter().map(|&i| *pool.point(i)), monitor);
         extracted.surface = FittedSurface::fit(points, surface.first_two)?;
         extracted.members = members;
     }
     Some(extracted)
 }
 
-fn accepted(pool: &Pool, surface: &FittedSurface, threshold: f64) -> impl Iterator<Item = u32> {
+fn accepted<'a>(
+    pool: &'a Pool,
+    surface: &'a FittedSurface,
+    threshold: f64,
+    monitor: &'a dyn Monitor,
+) -> impl Iterator<Item = u32> + 'a {
     let near = move |i: &u32| surface.residual_within(pool.point(*i), threshold).is_some();
-    pool.available().iter().copied().filter(near)
+    watched(pool.available().iter().copied(), monitor).filter(near)
 }

@@ -1,5 +1,6 @@
-use super::{FittedSurface, Found};
+use super::{FittedSurface, Found, watched};
 use crate::geometry::Vec3;
+use crate::segment::Monitor;
 
 /// The share of each region's points that must lie on the joint surface. The seed asks for all;
 /// a few leaked over a joint by the extraction must not keep two halves apart.
@@ -7,14 +8,14 @@ const ON_JOINT_SURFACE: f64 = 0.95;
 
 /// The seed's merging of over-segmented regions (section 3.2): two regions whose joint surface takes the
 /// points of both become one. Pairs are tried until none merges; the earlier region stays.
-pub fn merge(found: &mut Found, points: &[Vec3], threshold: f64) {
+pub fn merge(found: &mut Found, points: &[Vec3], threshold: f64, monitor: &dyn Monitor) {
     let mut members = found.members(points);
     let mut first = 0;
-    while first < found.surfaces.len() {
+    while first < found.surfaces.len() && !monitor.cancelled() {
         let partner = (first + 1..found.surfaces.len()).find_map(|second| {
             let pair = [&members[first], &members[second]];
             let surfaces = [&found.surfaces[first], &found.surfaces[second]];
-            joint(surfaces, pair, threshold).map(|surface| (second, surface))
+            joint(surfaces, pair, threshold, monitor).map(|surface| (second, surface))
         });
         match partner {
             Some((second, surface)) => {
@@ -36,12 +37,17 @@ fn joint(
     surfaces: [&FittedSurface; 2],
     points: [&Vec<Vec3>; 2],
     threshold: f64,
+    monitor: &dyn Monitor,
 ) -> Option<FittedSurface> {
+    if monitor.cancelled() {
+        return None;
+    }
     let [a, b] = surfaces;
     let scatter = a.scatter + b.scatter.moved(&b.frame, &a.frame);
     let surface = FittedSurface::from_scatter(&scatter, &a.frame, a.first_two)?;
     let on_it = |points: &Vec<Vec3>| {
-        let near = points.iter().filter_map(|p| surface.residual_within(p, threshold)).count();
+        let points_on = watched(points.iter(), monitor);
+        let near = points_on.filter_map(|p| surface.residual_within(p, threshold)).count();
         near as f64 >= ON_JOINT_SURFACE * points.len() as f64
     };
     (surface.mean_sq_residual() <= threshold * threshold && points.into_iter().all(on_it))

@@ -21,6 +21,18 @@ use super::{Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
 use crate::geometry::{Frame, PointCloud, Tolerance, Vec3, recover};
 use crate::grow::{Growth, Pool, RcondBelow};
 
+/// Points looked at between two looks at whether the work was cancelled.
+const WATCHED: usize = 1024;
+
+/// What `items` gives, until `monitor` cancels: then it ends early, and what is made of it is worth nothing.
+fn watched<'a, T>(
+    items: impl Iterator<Item = T> + Clone + 'a,
+    monitor: &'a dyn Monitor,
+) -> impl Iterator<Item = T> + Clone + 'a {
+    let goes_on = move |(k, _): &(usize, T)| k % WATCHED != 0 || !monitor.cancelled();
+    items.enumerate().take_while(goes_on).map(|(_, item)| item)
+}
+
 /// How many seed points compete for each region. The seed draws one, and asks in its last sentence what
 /// to do when it lies badly.
 const COMPETITORS: usize = 8;
@@ -56,16 +68,18 @@ pub fn segment(
     monitor.check()?;
     if parameters.merge {
         monitor.progress(Stage::Merge, 0.8);
-        merge(&mut found, points, parameters.algebraic_threshold);
+        merge(&mut found, points, parameters.algebraic_threshold, monitor);
     }
     monitor.check()?;
     if parameters.refine {
         monitor.progress(Stage::Refine, 0.85);
-        refine(&mut found, points, parameters.algebraic_threshold, parameters.min_points);
+        refine(&mut found, points, parameters, monitor);
     }
     monitor.check()?;
     monitor.progress(Stage::Report, 0.95);
-    Ok(report(found, points, parameters))
+    let report = report(found, points, parameters, monitor);
+    monitor.check()?;
+    Ok(report)
 }
 
 /// Extracts regions until the points are exhausted or too many seed points in a row fail.
@@ -89,10 +103,13 @@ fn find(
         monitor.check()?;
         let left = pool.available().len() as f64 / points.len() as f64;
         monitor.progress(Stage::Grow, 0.8 * (1.0 - left));
-        let (seeds, best) = compete(&pool, &growth, &mut random, parameters.algebraic_threshold);
+        let (seeds, best) =
+            compete(&pool, &growth, &mut random, parameters.algebraic_threshold, monitor);
+        monitor.check()?;
         found.counters.trials += seeds;
-        match best.and_then(|candidate| extract_region(&pool, &candidate, parameters)) {
+        match best.and_then(|candidate| extract_region(&pool, &candidate, parameters, monitor)) {
             Some(extracted) => {
+                monitor.check()?;
                 found.accept(&pool, &extracted);
                 pool.take(&extracted.members)?;
                 failed = 0;
@@ -112,14 +129,18 @@ fn compete(
     growth: &Growth,
     random: &mut SplitMix64,
     threshold: f64,
+    monitor: &dyn Monitor,
 ) -> (usize, Option<Candidate>) {
     let (mut seeds, mut grown, mut best) = (0, 0, None::<Candidate>);
     while seeds < COMPETITORS && grown <= MOST_GROWN * pool.available().len() {
         let Some(&seed) = random.pick(pool.available()) else { break };
         seeds += 1;
-        let region = growth.grow(pool, seed);
+        let region = growth.grow(pool, seed, &|| monitor.cancelled());
+        if monitor.cancelled() {
+            break;
+        }
         grown += region.region.members().len();
-        let candidate = Candidate::of(region, pool, threshold);
+        let candidate = Candidate::of(region, pool, threshold, monitor);
         if candidate.as_ref().map(|c| c.support) > best.as_ref().map(|c| c.support) {
             best = candidate;
         }
@@ -134,8 +155,9 @@ fn extract_region(
     pool: &Pool,
     candidate: &Candidate,
     parameters: &Parameters,
+    monitor: &dyn Monitor,
 ) -> Option<Extracted> {
-    let extracted = extract(pool, candidate, parameters.algebraic_threshold)?;
+    let extracted = extract(pool, candidate, parameters.algebraic_threshold, monitor)?;
     let surface = &extracted.surface;
     let real = recover(&surface.quadric, &surface.frame, Tolerance::default()).is_some();
     let threshold = parameters.algebraic_threshold;

@@ -1,8 +1,11 @@
 use rayon::prelude::*;
 
-use super::{FittedSurface, Found};
+use super::{FittedSurface, Found, watched};
 use crate::geometry::{Quadric, Vec3};
+use crate::segment::{Monitor, Parameters};
 
+/// Points labelled between two looks at whether the work was cancelled; there may be thousands of surfaces.
+const WATCHED: usize = 64;
 /// After so many rounds labels that still change are taken as they are.
 const MAX_ROUNDS: usize = 20;
 /// Labels are settled when at most one point in this many changes.
@@ -17,12 +20,15 @@ const REACH: f64 = 0.1;
 /// Each point goes to the nearest of the surfaces that accept it (|x.a| <= t), the surfaces are
 /// fitted anew, and so on until next to no label changes. Regions left with fewer than `min_points` are
 /// dropped and their points settled again.
-pub fn refine(found: &mut Found, points: &[Vec3], threshold: f64, min_points: usize) {
+pub fn refine(found: &mut Found, points: &[Vec3], parameters: &Parameters, monitor: &dyn Monitor) {
     for _ in 0..MAX_ROUNDS {
-        let labels = nearest_surfaces(found, points, threshold);
+        let labels = nearest_surfaces(found, points, parameters.algebraic_threshold, monitor);
+        if monitor.cancelled() {
+            return;
+        }
         let changed = labels.iter().zip(&found.labels).filter(|(new, old)| new != old).count();
         found.labels = labels;
-        let dropped = refit(found, points, min_points);
+        let dropped = refit(found, points, parameters.min_points, monitor);
         if changed * SETTLED <= points.len() && !dropped {
             break;
         }
@@ -56,7 +62,12 @@ impl Reach {
     }
 }
 
-fn nearest_surfaces(found: &Found, points: &[Vec3], threshold: f64) -> Vec<i32> {
+fn nearest_surfaces(
+    found: &Found,
+    points: &[Vec3],
+    threshold: f64,
+    monitor: &dyn Monitor,
+) -> Vec<i32> {
     let members = found.members(points);
     let reaches: Vec<_> =
         found.surfaces.iter().zip(&members).map(|(s, m)| Reach::of(s, m)).collect();
@@ -68,20 +79,25 @@ fn nearest_surfaces(found: &Found, points: &[Vec3], threshold: f64) -> Vec<i32> 
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(-1, |(_, label)| label)
     };
-    points.par_iter().map(nearest).collect()
+    let watched = || monitor.cancelled();
+    let labels = points.par_iter().with_max_len(WATCHED);
+    labels.map_init(watched, |stop, x| if *stop { -1 } else { nearest(x) }).collect()
 }
 
 /// Fits every surface to its points; true where a region was dropped.
-fn refit(found: &mut Found, points: &[Vec3], min_points: usize) -> bool {
+fn refit(found: &mut Found, points: &[Vec3], min_points: usize, monitor: &dyn Monitor) -> bool {
     let members = found.members(points);
     let fitted: Vec<_> = found
         .surfaces
         .iter()
         .zip(&members)
         .map(|(surface, members)| {
-            let enough = members.len() >= min_points;
+            let enough = members.len() >= min_points && !monitor.cancelled();
             enough
-                .then(|| FittedSurface::refined(members.iter().copied(), surface.first_two))
+                .then(|| {
+                    let points = watched(members.iter().copied(), monitor);
+                    FittedSurface::refined(points, surface.first_two)
+                })
                 .flatten()
         })
         .collect();

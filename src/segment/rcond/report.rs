@@ -1,15 +1,21 @@
-use super::Found;
-use crate::geometry::{Frame, Quadric, Recovered, Tolerance, Vec3, recover};
-use crate::segment::{Extent, Fit, Parameters, Region, Segmentation, Unassigned};
+use super::{FittedSurface, Found};
+use crate::geometry::{Frame, Quadric, Recovered, Tolerance, Vec3, recover_local};
+use crate::segment::equation::Equations;
+use crate::segment::{Extent, Fit, Monitor, Parameters, Region, Segmentation, Unassigned};
 
 /// Writes down what was found. Regions whose final surface is imaginary, or two crossing planes, are
 /// dropped.
-pub fn report(mut found: Found, points: &[Vec3], parameters: &Parameters) -> Segmentation {
+pub fn report(
+    mut found: Found,
+    points: &[Vec3],
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Segmentation {
     let described: Vec<_> = found
         .surfaces
         .iter()
         .zip(found.members(points))
-        .map(|(surface, members)| describe(&surface.quadric, &members))
+        .map(|(surface, members)| (!monitor.cancelled()).then(|| describe(surface, &members))?)
         .collect();
     let kept = found.surfaces.iter().zip(&described).map(|(s, d)| d.as_ref().map(|_| *s)).collect();
     found.keep(kept);
@@ -26,28 +32,37 @@ pub fn report(mut found: Found, points: &[Vec3], parameters: &Parameters) -> Seg
 }
 
 /// The region of `points` with its surface in world coordinates, not numbered yet.
-fn describe(quadric: &Quadric, points: &[Vec3]) -> Option<Region> {
+///
+/// Its type, parameters and distances are those of the fit as it was made, near the points; the world coefficients
+/// that the method worked with say themselves how far off they are.
+fn describe(surface: &FittedSurface, points: &[Vec3]) -> Option<Region> {
     let frame = Frame::of(points.iter().copied());
-    let Recovered { surface_type, surface } = recover(quadric, &frame, Tolerance::default())?;
-    let (scaled, coefficients_scale) = quadric.scaled();
+    let local = surface.within(&frame);
+    let recovered = recover_local(&local, &frame, Tolerance::default())?;
+    let Recovered { surface_type, surface: parameters } = recovered;
+    let extent = extent(points)?;
+    let about = |origin: &Vec3| surface.within(&Frame { origin: *origin, scale: 1.0 });
+    let equations = Equations::of(&surface.quadric, about, &extent, points.len(), |k| points[k]);
     Some(Region {
         id: 0,
         surface_type,
         point_count: points.len(),
-        coefficients: scaled.0,
-        coefficients_scale,
-        surface,
+        coefficients: equations.coefficients,
+        coefficients_scale: equations.coefficients_scale,
+        coefficients_error: equations.coefficients_error,
+        local_origin: equations.local_origin,
+        local_coefficients: equations.local_coefficients,
+        surface: parameters,
         uncertainty: None,
-        fit: fit(quadric, &frame, points),
+        fit: fit(&local, &frame, points),
         evidence: None,
-        extent: extent(points),
+        extent: Some(extent),
         neighbours: Vec::new(),
     })
 }
 
 /// Distances are taken in the local frame, where far coordinates cost no digits.
-fn fit(quadric: &Quadric, frame: &Frame, points: &[Vec3]) -> Fit {
-    let local = frame.local_quadric(quadric);
+fn fit(local: &Quadric, frame: &Frame, points: &[Vec3]) -> Fit {
     let (mut sum, mut max) = (0.0, 0.0_f64);
     for p in points {
         let distance = frame.scale * local.distance(&frame.local_from_world(p));

@@ -15,6 +15,8 @@ const DIRECT_FIT_STANDS: f64 = 1.2;
 pub struct FittedSurface {
     /// World coefficients, a10 = 1 where that scale exists (else unit length).
     pub quadric: Quadric,
+    /// The same in `frame`, as the fit gave it: far from the origin world coefficients cancel.
+    pub local: Quadric,
     /// The region's first two points, which choose the section plane (9, 10).
     pub first_two: [Vec3; 2],
     /// The frame the fit was made in: centred on the points and about their size.
@@ -40,7 +42,7 @@ impl FittedSurface {
         let scatter = Scatter::of(points, &frame);
         let local = taubin_fit(&scatter)?;
         let (quadric, _) = frame.world_quadric(&local).scaled();
-        Some(Self { quadric, first_two, frame, scatter })
+        Some(Self { quadric, local, first_two, frame, scatter })
     }
 
     /// The surface of the points with that scatter matrix in the frame `given`.
@@ -49,7 +51,13 @@ impl FittedSurface {
         let scatter = scatter.moved(given, &frame);
         let local = best_fit(&scatter, first_two)?;
         let (quadric, _) = frame.world_quadric(&local).scaled();
-        Some(Self { quadric, first_two, frame, scatter })
+        Some(Self { quadric, local, first_two, frame, scatter })
+    }
+
+    /// The surface in another frame.
+    pub fn within(&self, frame: &Frame) -> Quadric {
+        let origin = frame.local_from_world(&self.frame.origin);
+        Frame { origin, scale: self.frame.scale / frame.scale }.world_quadric(&self.local)
     }
 
     /// The algebraic residual |x.a| of a point within `threshold` of the surface.

@@ -93,11 +93,11 @@ fn a_region_grown_over_a_joint_still_yields_the_surface_it_began_on() {
     let growth = Growth { criterion: RcondBelow(1.0), scale: 20.0 };
     let seed =
         (0..first as u32).max_by(|&a, &b| points[b as usize].x.total_cmp(&points[a as usize].x));
-    let grown = growth.grow(&pool, seed.unwrap());
+    let grown = growth.grow(&pool, seed.unwrap(), &|| false);
     assert_eq!(grown.region.members().len(), points.len());
     let whole = fitted(&points);
-    let candidate = Candidate::of(grown, &pool, ALGEBRAIC).unwrap();
-    let extracted = extract(&pool, &candidate, ALGEBRAIC).unwrap();
+    let candidate = Candidate::of(grown, &pool, ALGEBRAIC, &Silent).unwrap();
+    let extracted = extract(&pool, &candidate, ALGEBRAIC, &Silent).unwrap();
     assert!(extracted.surface.mean_sq_residual() < 0.1 * whole.mean_sq_residual());
     let of_first = extracted.members.iter().filter(|i| (**i as usize) < first).count();
     assert!(of_first > 2300 && extracted.members.len() < 2800, "{of_first}");
@@ -109,9 +109,10 @@ fn extraction_cycles_take_in_the_whole_surface_from_a_small_start() {
     let points = arc(&mut draw, (100.0, 104.0), 16.0, [0.0, 2.5], 3000);
     let pool = Pool::new(&points).unwrap();
     let growth = Growth { criterion: RcondBelow(1e-22), scale: 20.0 };
-    let candidate = Candidate::of(growth.grow(&pool, 0), &pool, ALGEBRAIC).unwrap();
+    let candidate =
+        Candidate::of(growth.grow(&pool, 0, &|| false), &pool, ALGEBRAIC, &Silent).unwrap();
     let start = candidate.grown.region.members().len();
-    let extracted = extract(&pool, &candidate, ALGEBRAIC).unwrap();
+    let extracted = extract(&pool, &candidate, ALGEBRAIC, &Silent).unwrap();
     assert!(start < 2000 && extracted.members.len() == 3000, "{start}");
     assert!(!extracted.cycles.is_empty());
     assert_eq!(start + extracted.cycles.iter().sum::<usize>(), 3000);
@@ -129,7 +130,7 @@ fn an_over_segmented_cylinder_is_merged_and_others_are_not() {
         ..Found::default()
     };
     let points = [left, other, right].concat();
-    merge(&mut found, &points, ALGEBRAIC);
+    merge(&mut found, &points, ALGEBRAIC, &Silent);
     assert_eq!((found.surfaces.len(), found.counters.merges), (2, 1));
     let expected: Vec<i32> = [0, 1, 0].into_iter().flat_map(|l| [l; 1000]).collect();
     assert_eq!(found.labels, expected);
@@ -153,7 +154,7 @@ fn points_that_the_first_region_took_over_a_joint_go_back() {
     let wrong =
         |labels: &[i32]| (0..points.len()).filter(|&i| labels[i] != i32::from(i >= first)).count();
     assert!(wrong(&found.labels) > 100);
-    refine(&mut found, &points, ALGEBRAIC, 50);
+    refine(&mut found, &points, &parameters(0), &Silent);
     assert!(wrong(&found.labels) < 60, "{}", wrong(&found.labels));
 }
 
