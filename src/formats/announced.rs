@@ -10,7 +10,7 @@ pub const BYTES_PER_POINT: u64 = 24;
 /// formats are believed to hold up to 64 a byte.
 pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
     let Some(format) = hints.into().format.or_else(|| Format::detect(bytes)) else { return 0 };
-    let most = match format {
+    let most: Result<u64, FormatError> = match format {
         Format::Xyz => Ok(text::line_count(bytes)),
         Format::Obj => Ok(obj::most_points(bytes)),
         Format::Stl => Ok(stl::most_points(bytes)),
@@ -19,7 +19,7 @@ pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
         Format::Las => Ok(las::most_points(bytes)),
         Format::E57 => e57::most_points(bytes),
     };
-    most.unwrap_or_else(|_: FormatError| 0)
+    most.unwrap_or(0)
 }
 
 /// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy.

@@ -236,7 +236,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_cloud_with_a_few_large_faces_is_a_cloud() {
-        let (points, _) = scan(60, 60, 1.0, |i| f64::from(i), 0.01);
+        let (points, _) = scan(60, 60, 1.0, f64::from, 0.01);
         assert!(!is_refused(&(points, vec![[0, 59, 3599], [0, 3599, 3540]])));
     }
 

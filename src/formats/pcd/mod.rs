@@ -77,7 +77,7 @@ fn compressed(body: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<V
         let window =
             unpacker.next().ok_or_else(|| damaged("its compressed block does not unpack"))?;
         for (axis, column) in columns.iter_mut().enumerate() {
-            column.take(&window, &mut points, axis);
+            column.take(window, &mut points, axis);
         }
     }
     Ok(points)

@@ -51,8 +51,11 @@ const UP: &[&str] = &[
     "höhe",
 ];
 
+/// One way to name coordinates: the axis that the words of a name stand for, and what stands beside it.
+type Way = fn(&[String]) -> Option<(usize, String)>;
+
 /// The ways coordinates are named; what the first finds is meant, whatever others would find.
-const WAYS: [fn(&[String]) -> Option<(usize, String)>; 4] = [plain, qualified, surveyed, numbered];
+const WAYS: [Way; 4] = [plain, qualified, surveyed, numbered];
 
 /// Why names do not tell the columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
