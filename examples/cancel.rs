@@ -1,6 +1,7 @@
 //! The longest work between two looks at whether to stop, stage by stage, on clouds that are slow to segment.
 //!
-//! `cargo run --release --example cancel [NAME ...]`; figures are processor time of one thread, in milliseconds.
+//! `cargo run --release --example cancel [NAME ...]`; figures are processor time of one thread, in milliseconds, as
+//! Linux counts it. With `WHERE=1` in the environment it prints where work went on for more than 20.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement for people")]
 

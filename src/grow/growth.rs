@@ -73,7 +73,7 @@ impl Growth {
     ) -> Option<u32> {
         let mut neighbours = Neighbours::new(pool, *pool.point(seed));
         loop {
-            if region.members().len() % WATCHED == 0 && stopped() {
+            if region.members().len().is_multiple_of(WATCHED) && stopped() {
                 return None;
             }
             let index = neighbours.next_where(|i| pool.is_available(i) && !region.contains(i))?;

@@ -48,7 +48,7 @@ fn tubes() -> PointCloud {
     let at = |k: usize, random: &mut Random| {
         let tube = k % 40;
         let foot = Vec3::new(9.0 * (tube % 8) as f64, 9.0 * (tube / 8) as f64, 0.0);
-        let gap = if tube % 2 == 0 && k % 3 == 0 { 30.0 } else { 0.0 };
+        let gap = if tube.is_multiple_of(2) && k.is_multiple_of(3) { 30.0 } else { 0.0 };
         let (turn, height) = (random.uniform(0.0, 6.3), random.uniform(0.0, 20.0) + gap);
         let r = 2.0 + 0.1 * (tube % 5) as f64 + 0.01 * random.normal();
         foot + Vec3::new(r * turn.cos(), r * turn.sin(), height)

@@ -109,8 +109,9 @@ fn no_region_is_an_ellipse_longer_than_25_times_its_width() {
     for height in [0.15, 0.4] {
         let mut at = |k: usize| {
             let (r, turn) = (10.0 * random.uniform(0.0, 1.0_f64).sqrt(), random.uniform(0.0, TAU));
-            let z =
-                height * (1.0 - (r / 10.0).powi(2)).sqrt() * if k % 2 == 0 { 1.0 } else { -1.0 };
+            let z = height
+                * (1.0 - (r / 10.0).powi(2)).sqrt()
+                * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             Vec3::new(r * turn.cos(), r * turn.sin(), z + 0.01 * random.normal())
         };
         clouds.push((0..3000).map(&mut at).collect());
@@ -161,6 +162,26 @@ fn other_quadrics_are_found_where_they_are_asked_for() {
     }
     let cone = run(&smooth::make("saddle", 2).unwrap(), &[("surfaces", "elliptic_cone")]);
     assert_eq!(types(&cone), []);
+}
+
+#[test]
+fn a_quadric_of_another_type_may_touch_a_plane() {
+    let random = &mut Random::new(6);
+    // A square with a saddle beside it, whose edges meet.
+    let mut at = |k: usize| {
+        let (x, y) = (random.uniform(-10.0, 10.0), random.uniform(-10.0, 10.0));
+        let noise = 0.01 * random.normal();
+        if k.is_multiple_of(2) {
+            Vec3::new(x, y, (x * x - y * y) / 20.0 + noise)
+        } else {
+            Vec3::new(20.0 + x, y, 5.0 + noise)
+        }
+    };
+    let cloud = conicoid::geometry::PointCloud::from_points((0..8000).map(&mut at).collect());
+    let mut parameters = Parameters::default();
+    parameters.set("surfaces", "plane,hyperbolic_paraboloid").unwrap();
+    let found = segment(&cloud, &parameters, &Silent).unwrap();
+    assert_eq!(types(&found), [PLANE, SurfaceType::HyperbolicParaboloid]);
 }
 
 #[test]

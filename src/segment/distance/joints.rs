@@ -58,7 +58,7 @@ pub struct Scale {
 /// Two regions touch where their points are neighbours and their surfaces run through one place nearby;
 /// the two sides of a thin wall do not.
 pub fn joints(scene: &Scene, labels: &[i32], surfaces: &[Known], scale: &Scale) -> Vec<Joint> {
-    borders(scene, labels)
+    borders(scene, labels, surfaces.len())
         .into_iter()
         .filter_map(|(regions, pairs)| {
             if scene.cancelled() {
@@ -72,13 +72,15 @@ pub fn joints(scene: &Scene, labels: &[i32], surfaces: &[Known], scale: &Scale) 
         .collect()
 }
 
-/// Neighbouring points with different labels, the smaller label first.
-fn borders(scene: &Scene, labels: &[i32]) -> BTreeMap<[usize; 2], Vec<[u32; 2]>> {
+/// Neighbouring points with different labels, the smaller label first, of the first so many `regions`: labels beyond
+/// them are of quadrics whose joints are not told.
+fn borders(scene: &Scene, labels: &[i32], regions: usize) -> BTreeMap<[usize; 2], Vec<[u32; 2]>> {
+    let known = |l: i32| usize::try_from(l).is_ok_and(|l| l < regions);
     let mut out: BTreeMap<[usize; 2], Vec<[u32; 2]>> = BTreeMap::new();
     for (i, &l) in labels.iter().enumerate() {
         for &j in scene.neighbours(i) {
             let m = labels[j as usize];
-            if l >= 0 && m >= 0 && l != m {
+            if known(l) && known(m) && l != m {
                 let (pair, points) =
                     if l < m { ([l, m], [i as u32, j]) } else { ([m, l], [j, i as u32]) };
                 out.entry(pair.map(|l| l as usize)).or_default().push(points);

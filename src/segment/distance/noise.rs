@@ -128,7 +128,7 @@ fn least_distances(scene: &Scene, thinned: usize, nth: usize, limit: f64) -> Vec
         .into_par_iter()
         .step_by(stride)
         .map(|i| {
-            if i / stride % WATCHED == 0 && scene.cancelled() {
+            if (i / stride).is_multiple_of(WATCHED) && scene.cancelled() {
                 return f64::INFINITY;
             }
             let origin = scene.points[i];
@@ -184,7 +184,7 @@ fn smooth_estimate(scene: &Scene) -> f64 {
     let v: Vec<f64> = (0..n)
         .into_par_iter()
         .step_by(stride)
-        .filter(|i| i / stride % WATCHED != 0 || !scene.cancelled())
+        .filter(|i| !(i / stride).is_multiple_of(WATCHED) || !scene.cancelled())
         .filter_map(|i| residual_variance(scene, i))
         .collect();
     if v.is_empty() {
