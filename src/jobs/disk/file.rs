@@ -9,7 +9,7 @@ use std::{
 use redb::{Database, StorageBackend, backends::FileBackend};
 
 use super::{
-    handle::{Source, Trouble, guarded},
+    handle::{Source, Trouble, close, guarded},
     overlay::Overlay,
     salvage,
 };
@@ -87,7 +87,7 @@ impl DatabaseFile {
     fn is_sound(&self) -> bool {
         // a panic of the library's tells of damage too
         let looked = guarded(|| self.look(true));
-        looked.and_then(|database| guarded(|| Ok(drop(database)))).is_ok()
+        looked.and_then(|database| close(Some(database))).is_ok()
     }
 
     fn unusable(&self, trouble: Trouble) -> Trouble {
