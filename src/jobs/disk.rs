@@ -148,13 +148,6 @@ impl DiskStore {
     }
 }
 
-/// A change of all tables that changes nothing.
-fn write_nothing(database: &Database) -> Result<(), Trouble> {
-    let transaction = database.begin_write().map_err(Trouble::of)?;
-    drop(Tables::open(&transaction).map_err(Trouble::of)?);
-    transaction.commit().map_err(Trouble::of)
-}
-
 fn text_of(record: &JobRecord) -> Result<Vec<u8>, StoreError> {
     serde_json::to_vec(record).map_err(|error| StoreError::Failed(error.to_string()))
 }

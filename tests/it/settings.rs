@@ -35,6 +35,8 @@ fn a_wrong_setting_stops_the_start_and_is_named() {
         ("queue = \n", "is not TOML"),
         ("queue = 0\n", "--queue"),
         ("threads = 0\n", "not a whole number above 0"),
+        ("key_share = 0\n", "not a number above 0 and up to 1"),
+        ("key_share = 1.001\n", "not a number above 0 and up to 1"),
         ("cors_origins = ['viewer.example']\n", "not an origin"),
         ("cors_origins = ['https://viewer.example/']\n", "not an origin"),
         ("cors_origins = ['*']\n", "not an origin"),

@@ -1,22 +1,39 @@
 use std::{
-    fs::{self, File},
+    fs::{self, File, OpenOptions},
     io,
-    os::unix::fs::MetadataExt,
+    os::unix::fs::{FileExt, MetadataExt},
     path::{Path, PathBuf},
-    sync::{
-        Arc, OnceLock,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::OnceLock,
 };
 
-use redb::{Builder, Database};
+use redb::{Database, StorageBackend, backends::FileBackend};
 
 use super::{
-    handle::{Source, Trouble, guarded},
+    handle::{Source, Trouble, close, guarded},
     overlay::Overlay,
     salvage,
 };
 use crate::jobs::StoreError;
+
+/// Bytes of a file that is only looked at that are kept in memory.
+const LOOKING_CACHE: usize = 1 << 20;
+/// Where the library's file format, version 3, has its flags.
+const FLAGS_AT: u64 = 9;
+/// The flag of a database that was not closed: the library looks at every page when it opens it.
+const RECOVERY_REQUIRED: u8 = 2;
+/// The flag of a last change that the library trusts without a look.
+const TWO_PHASE_COMMIT: u8 = 4;
+
+fn failed(error: io::Error) -> Trouble {
+    Trouble::of(redb::Error::Io(error))
+}
+
+/// The flags with which a database is checked when it is opened, as after a sudden end.
+fn checked_flags(read: impl Fn(&mut [u8]) -> io::Result<()>) -> io::Result<[u8; 1]> {
+    let mut flags = [0];
+    read(&mut flags)?;
+    Ok([(flags[0] | RECOVERY_REQUIRED) & !TWO_PHASE_COMMIT])
+}
 
 /// The database in a file.
 #[derive(Debug)]
@@ -33,58 +50,44 @@ impl DatabaseFile {
         Self { path: path.to_owned(), cache, identity: OnceLock::new() }
     }
 
-    fn builder(&self) -> Builder {
-        let mut builder = Database::builder();
-        builder.set_cache_size(self.cache);
-        builder
-    }
-
     /// Looks at a file that is there before anything is written to it: what is damaged is set aside,
     /// and what can be read of it is kept.
     fn examine(&self) -> Result<(), Trouble> {
         let file = match File::open(&self.path) {
             Ok(file) => file,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-            Err(error) => return Err(Trouble::of(redb::Error::Io(error))),
+            Err(error) => return Err(failed(error)),
         };
-        if file.metadata().map_err(|e| Trouble::of(redb::Error::Io(e)))?.len() == 0 {
+        if file.metadata().map_err(failed)?.len() == 0 {
             return Ok(());
         }
-        match self.is_sound() {
-            Ok(true) => Ok(()),
-            Ok(false) => salvage::salvage(&self.path, || self.look(&Arc::default()))
-                .map_err(|trouble| self.unusable(trouble)),
-            Err(trouble) => Err(trouble),
+        // nobody else has it meanwhile
+        let _locked = FileBackend::new(file).map_err(Trouble::of)?;
+        if !self.is_sound() {
+            let salvaged = guarded(|| salvage::salvage(&self.path, || self.look(false)));
+            salvaged.map_err(|trouble| self.unusable(trouble))?;
         }
+        let file = OpenOptions::new().read(true).write(true).open(&self.path).map_err(failed)?;
+        let flags = checked_flags(|byte| file.read_exact_at(byte, FLAGS_AT)).map_err(failed)?;
+        file.write_all_at(&flags, FLAGS_AT).map_err(failed)
     }
 
-    /// The database as it is in the file; nothing is written there. `repaired` tells whether the
-    /// library has looked at every page, as it does after a sudden end.
-    fn look(&self, repaired: &Arc<AtomicBool>) -> Result<Database, Trouble> {
-        let file = File::open(&self.path).map_err(|e| Trouble::of(redb::Error::Io(e)))?;
-        let overlay = Overlay::new(file).map_err(Trouble::of)?;
-        let told = Arc::clone(repaired);
-        let mut builder = self.builder();
-        builder.set_repair_callback(move |_| told.store(true, Ordering::Relaxed));
-        builder.create_with_backend(overlay).map_err(Trouble::of)
+    /// The database as it is in the file; nothing is written there. Where it is `checked`, one whose
+    /// pages in use are not all as they were written is not opened.
+    fn look(&self, checked: bool) -> Result<Database, Trouble> {
+        let overlay = Overlay::new(File::open(&self.path).map_err(failed)?).map_err(failed)?;
+        if checked {
+            let flags = checked_flags(|byte| overlay.read(FLAGS_AT, byte)).map_err(failed)?;
+            overlay.write(FLAGS_AT, &flags).map_err(failed)?;
+        }
+        let mut builder = Database::builder();
+        builder.set_cache_size(LOOKING_CACHE).create_with_backend(overlay).map_err(Trouble::of)
     }
 
-    /// Whether all pages in use are as they were written, and the database can be written to. One that
-    /// can be opened and is not so is damaged.
-    fn is_sound(&self) -> Result<bool, Trouble> {
-        let repaired = Arc::default();
-        let mut database =
-            guarded(|| self.look(&repaired)).map_err(|trouble| self.unusable(trouble))?;
+    fn is_sound(&self) -> bool {
         // a panic of the library's tells of damage too
-        let checked = guarded(|| {
-            if repaired.load(Ordering::Relaxed) {
-                return Ok(true);
-            }
-            database.check_integrity().map_err(Trouble::of)
-        });
-        let written = guarded(|| super::write_nothing(&database));
-        let closed = guarded(|| Ok(drop(database)));
-        Ok(checked.unwrap_or(false) && written.is_ok() && closed.is_ok())
+        let looked = guarded(|| self.look(true));
+        looked.and_then(|database| close(Some(database))).is_ok()
     }
 
     fn unusable(&self, trouble: Trouble) -> Trouble {
@@ -110,8 +113,10 @@ impl Source for DatabaseFile {
         } else {
             self.check().map_err(Trouble::apart)?;
         }
-        let database = self.builder().create(&self.path).map_err(Trouble::of)?;
-        let identity = self.identity().map_err(|e| Trouble::of(redb::Error::Io(e)))?;
+        let mut builder = Database::builder();
+        let database =
+            builder.set_cache_size(self.cache).create(&self.path).map_err(Trouble::of)?;
+        let identity = self.identity().map_err(failed)?;
         self.identity.get_or_init(|| identity);
         Ok(database)
     }

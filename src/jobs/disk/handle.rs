@@ -168,7 +168,7 @@ impl Handle {
         }
         // it is closed before it is opened; what that says of a spoilt one is of no use
         let old = slot.database.take();
-        let _ = guarded(|| Ok(drop(old)));
+        let _ = close(old);
         match guarded(|| self.source.open()).map_err(Trouble::error) {
             Ok(database) => {
                 tracing::info!("the job database is open again");
@@ -192,7 +192,7 @@ impl Drop for Handle {
         let slot = self.slot.get_mut().unwrap_or_else(PoisonError::into_inner);
         let database = slot.database.take();
         // whatever the library says of it: what was written is on the disk
-        let _ = guarded(|| Ok(drop(database)));
+        let _ = close(database);
     }
 }
 
@@ -205,6 +205,17 @@ impl Slot {
 thread_local! {
     /// Whether a panic of this thread is caught and told as an error.
     static CAUGHT: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Closes a database.
+///
+/// # Errors
+/// The library panics.
+pub fn close(database: Option<Database>) -> Result<(), Trouble> {
+    guarded(|| {
+        drop(database);
+        Ok(())
+    })
 }
 
 /// Runs calls of the library: its panics become errors, and are told as such alone.

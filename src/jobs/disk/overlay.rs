@@ -2,33 +2,33 @@ use std::{
     collections::BTreeMap,
     fs::File,
     io,
+    os::unix::fs::FileExt,
     sync::{
         Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
 };
 
-use redb::{DatabaseError, StorageBackend, backends::FileBackend};
+use redb::StorageBackend;
 
 const BLOCK: usize = 4096;
 
 /// A database file to look at: what is written to it stays in memory.
 #[derive(Debug)]
 pub struct Overlay {
-    file: FileBackend,
+    file: File,
     file_len: u64,
     len: AtomicU64,
     written: Mutex<BTreeMap<u64, Box<[u8]>>>,
 }
 
 impl Overlay {
-    /// Looks at `file`, which no other process may have open.
+    /// Looks at `file`, which nobody may write to meanwhile.
     ///
     /// # Errors
-    /// Another process has it, or the system does not tell its length.
-    pub fn new(file: File) -> Result<Self, DatabaseError> {
-        let file = FileBackend::new(file)?;
-        let len = file.len()?;
+    /// The system does not tell its length.
+    pub fn new(file: File) -> io::Result<Self> {
+        let len = file.metadata()?.len();
         Ok(Self { file, file_len: len, len: AtomicU64::new(len), written: Mutex::default() })
     }
 
@@ -41,7 +41,7 @@ impl Overlay {
         let there = self.file_len.saturating_sub(offset).min(out.len() as u64) as usize;
         let (known, beyond) = out.split_at_mut(there);
         beyond.fill(0);
-        if known.is_empty() { Ok(()) } else { self.file.read(offset, known) }
+        if known.is_empty() { Ok(()) } else { self.file.read_exact_at(known, offset) }
     }
 }
 
@@ -94,10 +94,6 @@ impl StorageBackend for Overlay {
             (offset, data) = (offset + now.len() as u64, rest);
         }
         Ok(())
-    }
-
-    fn close(&self) -> io::Result<()> {
-        self.file.close()
     }
 }
 

@@ -19,7 +19,8 @@ pub fn salvage(path: &Path, look: impl Fn() -> Result<Database, Trouble>) -> Res
     }
     let from = guarded(&look)?;
     let kept = copy(&from, &new);
-    let _ = guarded(|| Ok(drop(from)));
+    // closing it would write, and the library may end the process over what is damaged
+    std::mem::forget(from);
     let (jobs, parts) = kept?;
     fs::rename(path, &damaged).map_err(failed)?;
     fs::rename(&new, path).map_err(failed)?;
