@@ -202,31 +202,3 @@ fn an_address_that_is_taken_stops_the_start_with_a_clear_message() {
     assert!(!run.status.success());
     assert!(told.contains(&format!("cannot listen on {address} (http)")), "{told}");
 }
-
-#[tokio::test]
-async fn a_connection_above_the_cap_waits_until_another_ends() {
-    let running = start(&["--max-connections=2"]).await;
-    let docs = async |client: &reqwest::Client| {
-        let answer = client.get(running.url("/docs")).send().await.unwrap();
-        answer.text().await.unwrap()
-    };
-    // each client keeps its connection open
-    let (first, third) = (reqwest::Client::new(), reqwest::Client::new());
-    docs(&first).await;
-    let mut health = HealthClient::new(running.channel().await);
-    health.check(HealthCheckRequest::default()).await.unwrap();
-    let shown = async |line: &str| {
-        let url = running.admin_url("/metrics");
-        while !reqwest::get(&url).await.unwrap().text().await.unwrap().contains(line) {
-            tokio::task::yield_now().await;
-        }
-    };
-    shown("conicoid_connections 2").await;
-    let mut waiting = std::pin::pin!(docs(&third));
-    tokio::select! {
-        _ = &mut waiting => panic!("a third connection was served"),
-        () = shown("conicoid_connections_delayed_total") => {}
-    }
-    drop(first);
-    assert!(waiting.await.contains("<html"));
-}

@@ -1,6 +1,6 @@
 //! Measures the service against the library and under load, and prints a table for each part.
 //!
-//! `cargo run --release --example load [-- PART...]`; without a part all run, in about six minutes:
+//! `cargo run --release --example load [-- PART...]`; without a part all run, in about ten minutes:
 //!
 //! | part | shows |
 //! |---|---|
@@ -9,6 +9,7 @@
 //! | `overload` | ten times the load that can be served, for a minute |
 //! | `beside` | small requests while a cloud of ten million points is at work |
 //! | `cancel` | how soon the threads are free when a large run is cancelled |
+//! | `strangers` | a thousand silent or half-open connections of each kind beside an honest caller |
 //! | `survival` | 50 queued jobs and `kill -9`, twenty times |
 //!
 //! The service runs in a process of its own, on the same processors as its callers: other programs on
@@ -24,19 +25,24 @@ mod cloud;
 mod overload;
 mod rates;
 mod server;
+mod strangers;
 mod survival;
+#[allow(dead_code, reason = "what it has for tests is not all needed here")]
+#[path = "../it/support/wire.rs"]
+mod wire;
 
 use std::process::ExitCode;
 
 /// One part: what it prints is its table, what it returns the marks it missed.
 type Part = (&'static str, fn() -> Vec<String>);
 
-const PARTS: [Part; 6] = [
+const PARTS: [Part; 7] = [
     ("rates", rates::run),
     ("answer", answer::run),
     ("overload", overload::run),
     ("beside", beside::run),
     ("cancel", cancel::run),
+    ("strangers", strangers::run),
     ("survival", survival::run),
 ];
 
