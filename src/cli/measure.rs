@@ -47,7 +47,7 @@ fn describe() {
     describe_gauge!("conicoid_connections", "Connections of callers that are served");
     describe_counter!(
         "conicoid_connections_delayed_total",
-        "Connections that had to wait until another ended"
+        "Connections that came when all were taken"
     );
     describe_counter!("conicoid_tls_handshakes_failed_total", "TLS handshakes that were refused");
     describe_counter!(

@@ -303,7 +303,7 @@ fn applies(kind: ErrorKind, id: &str) -> bool {
     let result = id == "getJobResult";
     let open = OPEN.contains(&id);
     match kind {
-        K::Internal => true,
+        K::Internal | K::MalformedRequest => true,
         // every path has these; they are the answer to another path or method than described
         K::NotFound | K::MethodNotAllowed => false,
         K::Unauthenticated => !open,

@@ -72,7 +72,8 @@ async fn a_message_beyond_the_byte_budget_is_refused_before_it_is_put_together()
         |bytes| v1::SegmentRequest { cloud: vec![b' '; bytes].into(), ..Default::default() };
     let status = running.grpc().await.segment(message(100_000)).await.unwrap_err();
     assert_eq!(reason(&status), (Code::ResourceExhausted, "overloaded".to_owned()));
-    let status = running.grpc().await.segment(message(90_000)).await.unwrap_err();
+    // it is there twice while it is read
+    let status = running.grpc().await.segment(message(49_000)).await.unwrap_err();
     assert_eq!(status.code(), Code::InvalidArgument, "{status}");
     assert_eq!(running.service.bytes_in_flight(), 0);
 }
@@ -201,32 +202,4 @@ fn an_address_that_is_taken_stops_the_start_with_a_clear_message() {
     let told = String::from_utf8_lossy(&run.stderr);
     assert!(!run.status.success());
     assert!(told.contains(&format!("cannot listen on {address} (http)")), "{told}");
-}
-
-#[tokio::test]
-async fn a_connection_above_the_cap_waits_until_another_ends() {
-    let running = start(&["--max-connections=2"]).await;
-    let docs = async |client: &reqwest::Client| {
-        let answer = client.get(running.url("/docs")).send().await.unwrap();
-        answer.text().await.unwrap()
-    };
-    // each client keeps its connection open
-    let (first, third) = (reqwest::Client::new(), reqwest::Client::new());
-    docs(&first).await;
-    let mut health = HealthClient::new(running.channel().await);
-    health.check(HealthCheckRequest::default()).await.unwrap();
-    let shown = async |line: &str| {
-        let url = running.admin_url("/metrics");
-        while !reqwest::get(&url).await.unwrap().text().await.unwrap().contains(line) {
-            tokio::task::yield_now().await;
-        }
-    };
-    shown("conicoid_connections 2").await;
-    let mut waiting = std::pin::pin!(docs(&third));
-    tokio::select! {
-        _ = &mut waiting => panic!("a third connection was served"),
-        () = shown("conicoid_connections_delayed_total") => {}
-    }
-    drop(first);
-    assert!(waiting.await.contains("<html"));
 }

@@ -51,7 +51,7 @@ async fn hang_up(server: &Server) -> (Tally, Tally, f64, f64) {
         submit_once_there_is_room(server, &client, &cloud, None).await;
     }
     rest(server).await;
-    let before = server.resident_memory();
+    let before = server.memory();
     for caller in 0..CALLERS {
         send_and_leave(server, caller, &cloud).await;
     }
@@ -65,7 +65,7 @@ async fn hang_up(server: &Server) -> (Tally, Tally, f64, f64) {
     let states = settled(server, &client, &ids, Duration::from_secs(60)).await;
     rest(server).await;
     let in_flight = server.metric("conicoid_bytes_in_flight").await;
-    (told, states, in_flight, server.resident_memory() - before)
+    (told, states, in_flight, server.memory() - before)
 }
 
 /// Waits until the service gives idle memory back.

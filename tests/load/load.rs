@@ -10,6 +10,7 @@
 //! | `overload` | ten times the load that can be served, for a minute |
 //! | `beside` | small requests while a cloud of ten million points is at work |
 //! | `cancel` | how soon the threads are free when a large run is cancelled |
+//! | `strangers` | a thousand silent or half-open connections of each kind beside an honest caller |
 //! | `survival` | 50 queued jobs and `kill -9`, twenty times |
 //! | `gone` | 300 callers who hang up after their last byte and send the same again |
 //! | `full` | a disk that fills up and has room again; needs `unshare` and `mount` |
@@ -37,19 +38,24 @@ mod random;
 mod rates;
 mod server;
 mod soak;
+mod strangers;
 mod survival;
+#[allow(dead_code, reason = "what it has for tests is not all needed here")]
+#[path = "../it/support/wire.rs"]
+mod wire;
 
 use std::process::ExitCode;
 
 /// One part: what it prints is its table, what it returns the marks it missed.
 type Part = (&'static str, fn() -> Vec<String>);
 
-const PARTS: [Part; 9] = [
+const PARTS: [Part; 10] = [
     ("rates", rates::run),
     ("answer", answer::run),
     ("overload", overload::run),
     ("beside", beside::run),
     ("cancel", cancel::run),
+    ("strangers", strangers::run),
     ("survival", survival::run),
     ("gone", gone::run),
     ("full", full::run),

@@ -75,19 +75,24 @@ impl Server {
         self.child.try_wait().unwrap().is_none()
     }
 
-    /// The most memory it has had, in MiB.
+    /// The most memory it has had, in MiB, since it began or since that was forgotten.
     pub fn peak_memory(&self) -> f64 {
-        self.memory("VmHWM:")
+        self.status("VmHWM:")
     }
 
     /// The memory it has now, in MiB.
-    pub fn resident_memory(&self) -> f64 {
-        self.memory("VmRSS:")
+    pub fn memory(&self) -> f64 {
+        self.status("VmRSS:")
     }
 
-    fn memory(&self, field: &str) -> f64 {
+    /// Lets the most memory be what it has now.
+    pub fn forget_peak(&self) {
+        fs::write(format!("/proc/{}/clear_refs", self.child.id()), "5").unwrap();
+    }
+
+    fn status(&self, name: &str) -> f64 {
         let status = fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
-        let line = status.lines().find(|line| line.starts_with(field)).unwrap();
+        let line = status.lines().find(|line| line.starts_with(name)).unwrap();
         line.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap() / 1024.0
     }
 

@@ -135,7 +135,7 @@ async fn soak(
     let watch = async {
         while begin.elapsed() < time {
             sleep(SAMPLE).await;
-            memory.push((begin.elapsed().as_secs_f64() / 60.0, server.resident_memory()));
+            memory.push((begin.elapsed().as_secs_f64() / 60.0, server.memory()));
             if memory.len() % 24 == 0 {
                 let (minutes, now) = memory[memory.len() - 1];
                 println!("{minutes:>5.1} min  {now:>7.1} MiB");

@@ -38,7 +38,7 @@ pub struct Connections {
     patience: Patience,
     lines: Arc<Mutex<HashMap<u64, Arc<Line>>>>,
     next: Arc<AtomicU64>,
-    /// Newcomers that wait for room now.
+    /// Newcomers that wait although none could be ended for them.
     waiting: Arc<AtomicU64>,
 }
 
@@ -72,9 +72,9 @@ impl Connections {
             return self.taken(Some(permit));
         }
         metrics::counter!("conicoid_connections_delayed_total").increment(1);
-        let _waits = Waits::begin(&self.waiting);
         loop {
-            self.end_longest();
+            let made = self.end_longest();
+            let _waits = (!made).then(|| Waits::begin(&self.waiting));
             let next = Arc::clone(&self.places).acquire_owned();
             // places are never closed, so there is always one in the end
             if let Ok(permit) = tokio::time::timeout(LOOK_AGAIN, next).await {
@@ -90,16 +90,16 @@ impl Connections {
         Place { line, id, connections: self.clone(), _permit: permit }
     }
 
-    /// Ends the connection that has kept the service waiting longest, if any does.
-    pub(super) fn end_longest(&self) {
+    /// Ends the connection that has kept the service waiting longest; whether any did.
+    pub(super) fn end_longest(&self) -> bool {
         let mut lines = self.lines();
         let waits = lines.iter().filter_map(|(id, line)| Some((line.waits_since()?, *id)));
-        if let Some((_, id)) = waits.min()
-            && let Some(line) = lines.remove(&id)
-        {
+        let longest = waits.min().and_then(|(_, id)| lines.remove(&id));
+        if let Some(line) = &longest {
             line.end();
             metrics::counter!("conicoid_connections_ended_total", "cause" => "room").increment(1);
         }
+        longest.is_some()
     }
 
     fn lines(&self) -> MutexGuard<'_, HashMap<u64, Arc<Line>>> {
