@@ -235,6 +235,7 @@ pub fn guarded<T>(call: impl FnOnce() -> Result<T, Trouble>) -> Result<T, Troubl
     done.unwrap_or_else(|panic| {
         let error =
             StoreError::Failed(format!("its contents contradict each other: {}", message(&*panic)));
-        Err(Trouble { error, spoils: true, inherited: false })
+        // the library also panics where another call is just failing
+        Err(Trouble { error, spoils: true, inherited: true })
     })
 }
