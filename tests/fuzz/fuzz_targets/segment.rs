@@ -100,6 +100,8 @@ fn parameters(bytes: &mut Bytes) -> Parameters {
             ParameterKind::Direction => {
                 format!("{},{},{}", bytes.small(), bytes.small(), bytes.small())
             }
+            // of files, not of methods
+            ParameterKind::Columns { .. } => continue,
         };
         // what is refused stays as it was
         let _ = parameters.set(spec.name, &value);
