@@ -5,7 +5,11 @@ use std::{
     time::Duration,
 };
 
-use tokio::{net::TcpListener, signal, task::JoinSet};
+use tokio::{
+    net::TcpListener,
+    signal::{self, unix::SignalKind},
+    task::JoinSet,
+};
 use tokio_util::sync::CancellationToken;
 
 use super::{AnyError, Settings, TlsError, handles, logging, measure, memory, tls, traces::Traces};
@@ -143,7 +147,8 @@ impl Server {
         let memory = tokio::spawn(memory::give_back_when_idle(Arc::clone(&service)));
         stop.cancelled().await;
         tracing::info!("draining");
-        health.set_service_status("", tonic_health::ServingStatus::NotServing).await;
+        grpc::end(&health).await;
+        service.book().close();
         drain(listeners, &service, self.settings.drain_deadline).await;
         expiry.abort();
         memory.abort();
@@ -223,16 +228,15 @@ pub fn run(settings: &Settings) -> Result<(), AnyError> {
     served
 }
 
-/// Begins the drain at SIGTERM or SIGINT.
+/// Begins the drain at SIGTERM, SIGINT or, when the terminal goes away, SIGHUP.
 async fn stop_on_signal(stop: CancellationToken) {
-    let terminated = async {
-        match signal::unix::signal(signal::unix::SignalKind::terminate()) {
-            Ok(mut signal) => signal.recv().await,
-            Err(_) => std::future::pending().await,
-        }
+    let told = async |kind| match signal::unix::signal(kind) {
+        Ok(mut signal) => signal.recv().await,
+        Err(_) => std::future::pending().await,
     };
     tokio::select! {
-        _ = terminated => {}
+        _ = told(SignalKind::terminate()) => {}
+        _ = told(SignalKind::hangup()) => {}
         _ = signal::ctrl_c() => {}
     }
     stop.cancel();

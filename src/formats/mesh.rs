@@ -8,7 +8,10 @@
 //! A mesh is refused only where its vertices are much too few where its area is, and its triangles span
 //! the part or lie in one plane. The first is measured by the mean square of the triangles' longest edges,
 //! weighted by area, over the area a vertex has on average: 2 to 8 for even meshes, 16 to thousands for
-//! CAD meshes, but a hundred also for a scan whose points thin out with the distance from the scanner.
+//! CAD meshes, but a hundred also for a scan whose points thin out with the distance from the scanner. Scans
+//! also have flat floors, coordinates in steps, and a few large triangles over their gaps. So a mesh of more
+//! than a thousand vertices must show that its edges are unlike at most of them: along a rim and across the
+//! face, 7 to 40 times as long; scans show up to 5.5.
 
 use std::collections::HashMap;
 
@@ -26,6 +29,10 @@ const COARSE: f64 = 8.0;
 const SPAN: f64 = 0.3;
 /// Share of the area, in triangles with a neighbour in the same plane, that no measured mesh has.
 const FLAT_SHARE: f64 = 0.75;
+/// Meshes up to this many vertices need not show unlike edges: a small part has short faces.
+const SMALL: usize = 1000;
+/// Longest over shortest edge at the median vertex of a larger mesh that may be refused.
+const UNLIKE: f64 = 6.0;
 /// Distance from a plane, as a share of the mesh's diagonal, that single precision leaves.
 const FLAT: f64 = 1e-6;
 
@@ -117,6 +124,30 @@ impl<'a> Shape<'a> {
         measure > COARSE
             && (self.sq_edge > (SPAN * diagonal).powi(2)
                 || self.flat_share(FLAT * diagonal) > FLAT_SHARE)
+            && (corners <= SMALL || self.unlikeness() > UNLIKE)
+    }
+
+    /// Longest over shortest edge at the median vertex.
+    fn unlikeness(&self) -> f64 {
+        let mut lengths = vec![(f64::INFINITY, 0.0_f64); self.points.len()];
+        for &[a, b, c] in self.triangles.iter().map(|t| &t.corners) {
+            for (i, j) in [(a, b), (b, c), (c, a)] {
+                let (i, j) = (i as usize, j as usize);
+                let length = (self.points[i] - self.points[j]).norm();
+                for end in [i, j] {
+                    let (shortest, longest) = &mut lengths[end];
+                    (*shortest, *longest) = (shortest.min(length), longest.max(length));
+                }
+            }
+        }
+        let corners = lengths.into_iter().filter(|(_, longest)| *longest > 0.0);
+        let mut ratios: Vec<f64> = corners.map(|(shortest, longest)| longest / shortest).collect();
+        let middle = ratios.len() / 2;
+        if ratios.is_empty() {
+            0.0
+        } else {
+            *ratios.select_nth_unstable_by(middle, f64::total_cmp).1
+        }
     }
 
     fn diagonal(&self) -> f64 {
@@ -232,6 +263,23 @@ pub(super) mod tests {
         assert!(!is_refused(&scan(20, 600, 1.0, even(0.02), 0.002)));
         assert!(!is_refused(&scan(40, 200, 0.5, |i| 1.03f64.powi(i as i32), 0.002)));
         assert!(!is_refused(&scan(3, 20, 0.1, even(0.1), 0.001)));
+    }
+
+    #[test]
+    fn scans_with_large_triangles_over_gaps_and_flat_floors_are_taken() {
+        // two patches far apart, and the strip between them
+        let (mut points, mut faces) = scan(50, 50, 1.0, f64::from, 0.01);
+        let (other, others) = scan(50, 50, 1.0, |i| f64::from(i) + 200.0, 0.01);
+        let begin = points.len() as u32;
+        points.extend(other);
+        faces.extend(others.iter().map(|face| face.map(|i| i + begin)));
+        for row in 0..49 {
+            let (low, far) = (row * 50 + 49, begin + row * 50);
+            faces.extend([[low, far, low + 50], [far, far + 50, low + 50]]);
+        }
+        assert!(!is_refused(&(points, faces)));
+        // a floor that is exact, thinning out with the distance
+        assert!(!is_refused(&scan(60, 120, 0.5, |i| 1.04f64.powi(i as i32), 0.0)));
     }
 
     #[test]

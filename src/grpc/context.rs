@@ -3,21 +3,21 @@ use std::sync::Arc;
 use axum::{
     body::Body,
     extract::{Request, State},
+    http::header::AUTHORIZATION,
     middleware::Next,
     response::Response,
 };
 use tonic::{Code, Status};
 use tracing::Span;
 
-use super::{
-    GrpcConfig,
-    intake::Intake,
-    outcome::{Outcome, status},
-};
+use super::{GrpcConfig, intake::Intake, outcome::Outcome};
 use crate::{
     jobs::{BytesHeld, trace},
-    service::{ErrorKind, Service, ServiceError, request_id},
+    service::{ErrorKind, Peer, Service, ServiceError, request_id},
 };
+
+/// How tonic begins to tell of bytes that are no message.
+const UNDECODED: &str = "failed to decode Protobuf message";
 
 /// Gives each call its id, its spans in log and trace, its line in the log, its place in the metrics
 /// and its share of the budget.
@@ -36,45 +36,65 @@ pub async fn wrap(
     let scope = trace::Scope::new(log.clone(), span.clone());
     let outcome = Outcome::new(&method, log, span, scope.clone());
     let held = service.share();
-    let call = next.run(counted(request, &service, config, &held));
-    let response = scope.cover(call).await;
-    let mut response = in_our_terms(response);
+    // nothing of a stranger's messages is taken in
+    let counted = scope.enter(|| counted(request, &service, config, &held));
+    let mut response = match counted {
+        Ok(request) => in_our_terms(scope.cover(next.run(request)).await),
+        Err(error) => Status::from(error).into_http(),
+    };
     if let Ok(value) = id.parse() {
         response.headers_mut().insert("x-request-id", value);
     }
     outcome.follow(response, held)
 }
 
-/// The call with its messages counted as they come in. Reflection and health are small, and may stay
-/// open as long as their callers like.
+/// The call with its messages counted as they come in, as its caller's. Reflection and health are small,
+/// and may stay open as long as their callers like.
+///
+/// # Errors
+/// The caller is not known, or holds too much already.
 fn counted(
     mut request: Request,
     service: &Service,
     config: GrpcConfig,
     held: &BytesHeld,
-) -> Request {
+) -> Result<Request, ServiceError> {
     if !request.uri().path().starts_with("/conicoid.v1.") {
-        return request;
+        return Ok(request);
+    }
+    let header = request.headers().get(AUTHORIZATION).and_then(|value| value.to_str().ok());
+    let caller = service.caller(header, request.extensions().get::<Peer>())?;
+    let copy = service.share();
+    for share in [held, &copy] {
+        share.charge(caller.as_deref())?;
     }
     request.extensions_mut().insert(held.clone());
     let time = service.config().upload_timeout;
-    let (held, copy, limit) = (held.clone(), service.share(), config.max_message_bytes);
-    request.map(|body| Body::new(Intake::new(body, held, copy, limit, time)))
+    let (held, limit) = (held.clone(), config.max_message_bytes);
+    Ok(request.map(|body| Body::new(Intake::new(body, held, copy, limit, time))))
 }
 
-/// The response, with the error of the table where tonic refused a message for its length: it says
-/// OUT_OF_RANGE, which nothing else here does.
+/// The response, with the error of the table where tonic itself refused the call.
 fn in_our_terms(response: Response) -> Response {
-    if status(response.headers()) != Some(Code::OutOfRange) {
-        return response;
-    }
-    let told = Status::from_header_map(response.headers());
-    let told = told.as_ref().map_or("the message is too long", |status| status.message());
-    let error = ServiceError::new(
-        ErrorKind::BodyTooLarge,
-        format!("{told}: send the cloud in chunks below the limit, by SegmentUpload or SubmitJob"),
-    );
-    Status::from(error).into_http()
+    let Some(told) = Status::from_header_map(response.headers()) else { return response };
+    let (kind, detail) = match (told.code(), told.message()) {
+        // a message that is too long; nothing else here says so
+        (Code::OutOfRange, told) => (
+            ErrorKind::BodyTooLarge,
+            format!(
+                "{told}: send the cloud in chunks below the limit, by SegmentUpload or SubmitJob"
+            ),
+        ),
+        // a fault of the caller's, not of the service
+        (Code::Internal, told) if told.starts_with(UNDECODED) => {
+            (ErrorKind::MalformedBody, format!("the message is none of the contract's: {told}"))
+        }
+        (Code::Unimplemented, "") => {
+            (ErrorKind::NotFound, "no such call: server reflection lists what there is".to_owned())
+        }
+        _ => return response,
+    };
+    Status::from(ServiceError::new(kind, detail)).into_http()
 }
 
 /// The call's span in its trace, by the conventions of RPC servers.

@@ -55,7 +55,8 @@ impl v1::jobs_server::Jobs for Jobs {
     ) -> Result<Response<Self::WatchJobStream>, Status> {
         let caller = caller(&self.service, &call)?;
         let job = self.service.job(&caller, &call.get_ref().id)?;
-        Ok(Response::new(Box::pin(job.watch().map(|view| Ok(view.into())))))
+        let watch = job.watch().take_until(self.service.book().closed());
+        Ok(Response::new(Box::pin(watch.map(|view| Ok(view.into())))))
     }
 
     async fn get_job_result(

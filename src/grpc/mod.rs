@@ -12,8 +12,8 @@ mod timeout;
 use std::sync::Arc;
 
 use axum::Router;
-use tonic::{Status, service::RoutesBuilder};
-use tonic_health::server::HealthReporter;
+use tonic::{Status, server::NamedService, service::RoutesBuilder};
+use tonic_health::{ServingStatus, server::HealthReporter};
 
 use crate::{
     jobs::BytesHeld,
@@ -66,6 +66,16 @@ pub async fn router(
     let calls = routes.routes().into_axum_router();
     let context = axum::middleware::from_fn_with_state((service, config), context::wrap);
     Ok((calls.layer(context), health))
+}
+
+/// Tells that the service ends: to those who ask, and to those who watch, who are then let go.
+pub async fn end(health: &HealthReporter) {
+    let segmentations = <SegmentationsServer<Segmentations> as NamedService>::NAME;
+    for name in ["", segmentations, <JobsServer<Jobs> as NamedService>::NAME] {
+        health.set_service_status(name, ServingStatus::NotServing).await;
+        // the last status is told before a watch ends
+        health.clone().clear_service_status(name).await;
+    }
 }
 
 /// The share of the budget that counts the call's messages already; from now on it is the caller's.

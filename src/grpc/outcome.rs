@@ -150,7 +150,7 @@ fn tell(span: &Span, code: Code) {
 }
 
 /// The code in a head or in trailers.
-pub fn status(headers: &HeaderMap) -> Option<Code> {
+fn status(headers: &HeaderMap) -> Option<Code> {
     Some(Code::from_bytes(headers.get("grpc-status")?.as_bytes()))
 }
 

@@ -192,7 +192,8 @@ pub async fn events(
     Path(id): Path<String>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ServiceError> {
     let job = app.service.job(&caller, &id)?;
-    let events = job.watch().map(|view| {
+    let watch = job.watch().take_until(app.service.book().closed());
+    let events = watch.map(|view| {
         let event = Event::default().event("job").json_data(JobDocument::from(view));
         Ok(event.unwrap_or_default())
     });

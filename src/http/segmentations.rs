@@ -10,7 +10,10 @@ use bytes::Bytes;
 use super::{App, accept, body, jobs};
 use crate::{
     jobs::BytesHeld,
-    service::{Caller, Document, ErrorKind, Representation, Request, ServiceError, is_list, specs},
+    service::{
+        Caller, Document, ErrorKind, Representation, Request, ServiceError, is_list, specs,
+        unknown_parameter,
+    },
 };
 
 /// Name and value pairs of a query, in its order.
@@ -98,7 +101,11 @@ pub fn from_query(query: Pairs) -> Result<Request, ServiceError> {
     let Query(pairs) = query.map_err(|e| invalid(format!("the query cannot be read: {e}")))?;
     let mut given: Vec<(String, String)> = Vec::new();
     for (name, value) in pairs {
-        let is_list = || specs().any(|spec| spec.name == name && is_list(spec));
+        // at once: so there are never more names than those there are
+        let Some(spec) = specs().find(|spec| spec.name == name) else {
+            return Err(unknown_parameter(&name));
+        };
+        let is_list = || is_list(spec);
         match given.iter_mut().find(|(known, _)| *known == name) {
             None => given.push((name, value)),
             Some((_, list)) if is_list() => *list = format!("{list},{value}"),
@@ -125,5 +132,12 @@ mod tests {
         assert_eq!(query(&direction).unwrap().parameters.axis_direction, Some([0.0, 0.0, 1.0]));
         let twice = query(&[("seed", "1"), ("seed", "1")]);
         assert_eq!(twice, Err(ErrorKind::InvalidParameter));
+    }
+
+    #[test]
+    fn a_name_that_is_unknown_is_refused_when_it_is_met() {
+        // and not looked for among thousands of others
+        let unknown = query(&[("a", "1"), ("a", "1"), ("seed", "x")]);
+        assert_eq!(unknown, Err(ErrorKind::UnknownParameter));
     }
 }

@@ -6,7 +6,7 @@ use std::{
 
 use bytes::Bytes;
 use tokio::sync::watch;
-use tokio_util::task::TaskTracker;
+use tokio_util::{sync::CancellationToken, task::TaskTracker};
 use uuid::Uuid;
 
 use super::{
@@ -72,6 +72,7 @@ pub struct Book {
     tasks: TaskTracker,
     // held while the store is probed
     probing: Arc<tokio::sync::Mutex<()>>,
+    closing: CancellationToken,
     // ended runs whose end the store does not take; while there are any, no other begins
     unwritten: watch::Sender<usize>,
 }
@@ -102,7 +103,8 @@ impl Book {
         }
         let (jobs, tasks) = (Mutex::new(register), TaskTracker::new());
         let (probing, unwritten) = (Arc::default(), watch::Sender::new(0));
-        let book = Self { config, pool, store, runner, jobs, tasks, probing, unwritten };
+        let closing = CancellationToken::new();
+        let book = Self { config, pool, store, runner, jobs, tasks, probing, closing, unwritten };
         let book = Arc::new(book);
         for job in unfinished {
             // accepted by an earlier process, so it needs no place in the queue
@@ -127,6 +129,10 @@ impl Book {
         held: BytesHeld,
     ) -> Result<(Arc<Job>, bool), SubmitError> {
         let record = JobRecord::new(submission, input.len() as u64);
+        if record.idempotency.is_some() {
+            // a job that nobody can find any more is no answer to a retry
+            self.expire().await;
+        }
         let (job, place) = {
             let mut jobs = self.jobs();
             match jobs.same(&record)? {
@@ -259,6 +265,18 @@ impl Book {
         };
         let told = tokio::time::timeout(LONGEST_PROBE, probe).await;
         told.unwrap_or_else(|_| Err(StoreError::Failed("its disk does not answer".to_owned())))
+    }
+
+    /// The service ends: nobody need wait here for jobs that the next process does.
+    pub fn close(&self) {
+        if self.store.durable() {
+            self.closing.cancel();
+        }
+    }
+
+    /// Waits until those who watch a job are to wait for it no longer.
+    pub fn closed(&self) -> impl Future<Output = ()> + Send + use<> {
+        self.closing.clone().cancelled_owned()
     }
 
     /// Waits for the jobs under way where they would be lost with the process.

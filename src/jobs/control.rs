@@ -132,6 +132,8 @@ impl Monitor for Control {
     fn progress(&self, stage: Stage, fraction: f64) {
         self.clock.lock().unwrap_or_else(PoisonError::into_inner).enter(stage);
         self.progress.send_if_modified(|last| {
+            // a stage that is entered again, on more points, takes nothing back
+            let fraction = last.map_or(fraction, |last| last.fraction.max(fraction));
             let news = last.is_none_or(|last| {
                 last.stage != stage || fraction - last.fraction >= PROGRESS_STEP
             });
@@ -208,5 +210,18 @@ mod tests {
         assert_eq!(watch.borrow_and_update().unwrap().fraction, 0.5);
         control.progress(Stage::Grow, 0.501);
         assert!(!watch.has_changed().unwrap());
+    }
+
+    #[test]
+    fn progress_never_goes_back() {
+        let control = Control::new(None);
+        let fractions = [(Stage::Grow, 0.1), (Stage::Merge, 0.5), (Stage::Grow, 0.1)];
+        let seen = fractions.map(|(stage, fraction)| {
+            control.progress(stage, fraction);
+            let told = *control.watch().borrow();
+            told.map(|told| (told.stage, told.fraction))
+        });
+        let last = Some((Stage::Grow, 0.5));
+        assert_eq!(seen, [Some((Stage::Grow, 0.1)), Some((Stage::Merge, 0.5)), last]);
     }
 }

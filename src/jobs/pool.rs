@@ -53,7 +53,7 @@ pub enum Overloaded {
         limit: usize,
     },
     /// One key has too many places in the queue.
-    #[error("this key has all {limit} places of the queue that one key may take")]
+    #[error("this key has taken what one key may have of the queue: {limit}")]
     KeyQueue {
         /// Places of one key.
         limit: u64,

@@ -70,6 +70,8 @@ pub struct Scope {
     log: Span,
     trace: Span,
     facts: Arc<Mutex<Facts>>,
+    /// What is told where nobody waits for the end.
+    given_up: &'static str,
 }
 
 /// Adds to what is known of the request or job that is worked on.
@@ -80,7 +82,15 @@ pub fn note(add: impl FnOnce(&mut Facts)) {
 impl Scope {
     /// The two spans of one request or job.
     pub fn new(log: Span, trace: Span) -> Self {
-        Self { log, trace, facts: Arc::default() }
+        let given_up = "given up: the caller went away";
+        Self { log, trace, facts: Arc::default(), given_up }
+    }
+
+    /// The two spans of a job, which nobody but the service gives up: when it ends.
+    pub fn of_job(log: Span, trace: Span) -> Self {
+        let given_up =
+            "given up: the service ends; a job that is kept on disk is done after its restart";
+        Self { given_up, ..Self::new(log, trace) }
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Facts> {
@@ -123,7 +133,7 @@ impl Drop for Waiting {
             fail(&scope.trace, "cancelled".to_owned());
             let Facts { caller, format, bytes, .. } = scope.facts();
             scope.log.in_scope(|| {
-                tracing::info!(caller, format, bytes, "given up: the caller went away");
+                tracing::info!(caller, format, bytes, "{}", scope.given_up);
             });
         }
     }

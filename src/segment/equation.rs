@@ -92,12 +92,18 @@ struct Lanes {
     sq_slope: [f64; LANES],
 }
 
-/// The left-hand side of (1) and its gradient.
+/// The left-hand side of (1), term by term in its order as callers reckon it, and its gradient.
 #[inline(always)]
 fn at(a: &[f64; 10], x: f64, y: f64, z: f64) -> (f64, [f64; 3]) {
-    let value = x * (a[0] * x + a[3] * y + a[5] * z + a[6])
-        + y * (a[1] * y + a[4] * z + a[7])
-        + z * (a[2] * z + a[8])
+    let value = a[0] * (x * x)
+        + a[1] * (y * y)
+        + a[2] * (z * z)
+        + a[3] * (x * y)
+        + a[4] * (y * z)
+        + a[5] * (x * z)
+        + a[6] * x
+        + a[7] * y
+        + a[8] * z
         + a[9];
     let slope = [
         2.0 * a[0] * x + a[3] * y + a[5] * z + a[6],

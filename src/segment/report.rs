@@ -37,8 +37,8 @@ pub struct Region {
     /// How the coefficients are scaled.
     pub coefficients_scale: Scale,
     /// How far off `coefficients` are as written, as a length: the largest difference, over the region's
-    /// points, between the distance |Q| / |grad Q| by them and by `local_coefficients`, reckoned in double
-    /// precision. null where it is infinite or where the gradient vanishes at all points.
+    /// points, between the distance |Q| / |grad Q| by them and by `local_coefficients`, reckoned term
+    /// by term in double precision. null where it is infinite or where the gradient vanishes at all points.
     pub coefficients_error: Option<f64>,
     /// An origin near the region's points: the middle of its box, rounded to few decimal digits, which read
     /// back as the same number. A point x of the file is x - local_origin in the local equation.

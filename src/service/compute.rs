@@ -46,7 +46,7 @@ pub fn compute(
     let run = || {
         let cloud = trace::step("parse")
             .in_scope(|| formats::read(bytes, Hints { format, ..request.hints() }, &watched))
-            .map_err(|e| told(e.into()))?;
+            .map_err(|e| told(named_otherwise(e.into(), request.format, bytes)))?;
         let parse = begin.elapsed().as_secs_f64();
         let span = trace::step("segment");
         let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
@@ -68,6 +68,19 @@ pub fn compute(
         skipped: cloud.skipped(),
     };
     Ok(Answer { document: document(&cloud, found, input, timing), cloud: Arc::new(cloud) })
+}
+
+/// An error of reading, which says so where the bytes look like another format than the one that was named.
+fn named_otherwise(error: ServiceError, named: Option<Format>, bytes: &[u8]) -> ServiceError {
+    let (Some(named), Some(seen)) = (named, Format::detect(bytes)) else { return error };
+    if named == seen {
+        return error;
+    }
+    let (named, seen) = (named.name(), seen.name());
+    let detail = format!(
+        "the cloud is named {named} and looks like {seen}: name that, or no format at all. As {named}: {error}"
+    );
+    ServiceError { detail, ..error }
 }
 
 /// What a trace tells of a segmentation.

@@ -21,7 +21,7 @@ pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
 pub use keys::{Caller, Keys, KeysError};
 pub use peer::Peer;
 pub use representation::Representation;
-pub use request::{OPTIONS, Request, is_list, specs, unknown_format};
+pub use request::{OPTIONS, Request, is_list, specs, unknown_format, unknown_parameter};
 pub use request_id::request_id;
 pub use reread::Reread;
 pub use segmentations::{Service, ServiceConfig, StartError};

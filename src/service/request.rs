@@ -187,7 +187,8 @@ fn invalid(name: &str, value: &str) -> ServiceError {
     )
 }
 
-fn unknown_parameter(name: &str) -> ServiceError {
+/// The error for a parameter that nobody knows.
+pub fn unknown_parameter(name: &str) -> ServiceError {
     let known = specs().map(|spec| spec.name).collect::<Vec<_>>().join(", ");
     ServiceError::new(
         ErrorKind::UnknownParameter,

@@ -186,3 +186,18 @@ async fn other_origins_are_refused_by_default_and_let_in_by_setting() {
     let answer = preflight(&start(&["--cors-origins=https://viewer.example"]).await).await;
     assert_eq!(answer.headers()["access-control-allow-origin"], "https://viewer.example");
 }
+
+#[tokio::test]
+async fn nothing_of_a_strangers_message_is_taken_in() {
+    let (running, _directory, _) = with_keys().await;
+    let client = Client::builder().http2_prior_knowledge().build().unwrap();
+    let url = format!("http://{}/conicoid.v1.Segmentations/Segment", running.addresses.grpc);
+    // a message that never ends
+    let head = futures::stream::iter([Ok::<_, std::io::Error>(vec![0, 0, 200, 0, 0])]);
+    let body =
+        reqwest::Body::wrap_stream(futures::StreamExt::chain(head, futures::stream::pending()));
+    let request = client.post(url).header("content-type", "application/grpc").body(body);
+    let answer = request.send().await.unwrap();
+    assert_eq!(answer.headers()["grpc-status"], (Code::Unauthenticated as i32).to_string());
+    assert_eq!(running.service.bytes_in_flight(), 0);
+}

@@ -326,3 +326,39 @@ async fn bodies_and_clouds_are_taken_up_to_their_limit_and_not_beyond() {
         }
     }
 }
+
+#[tokio::test]
+async fn a_cloud_under_another_formats_name_is_told_what_it_looks_like() {
+    let running = start(&[]).await;
+    let ply = "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\n\
+               property double z\nend_header\n1 2 3\n";
+    for named in ["las", "xyz", "pcd"] {
+        let answer = running.post(&format!("format={named}"), ply).await;
+        let document: serde_json::Value = answer.json().await.unwrap();
+        let detail = document["detail"].as_str().unwrap();
+        assert!(detail.contains(&format!("named {named} and looks like ply")), "{detail}");
+    }
+    // nothing is added where the name is right
+    let answer = running.post("format=ply", ply.replace("1 2 3\n", "")).await;
+    let document: serde_json::Value = answer.json().await.unwrap();
+    assert!(!document["detail"].as_str().unwrap().contains("looks like"));
+}
+
+#[tokio::test]
+async fn calls_that_are_none_of_the_contract_are_refused_in_its_terms() {
+    let running = start(&[]).await;
+    let client = reqwest::Client::builder().http2_prior_knowledge().build().unwrap();
+    let message = |bytes: &[u8]| [&[0, 0, 0, 0, bytes.len() as u8], bytes].concat();
+    for (call, body, code, told) in [
+        ("Segmentations/Segment", message(&[0xff; 5]), Code::InvalidArgument, "contract"),
+        ("Segmentations/Cut", message(&[]), Code::Unimplemented, "no such call"),
+    ] {
+        let url = format!("http://{}/conicoid.v1.{call}", running.addresses.grpc);
+        let request = client.post(url).header("content-type", "application/grpc");
+        let answer = request.header("te", "trailers").body(body).send().await.unwrap();
+        let header = |name: &str| answer.headers()[name].to_str().unwrap().to_owned();
+        assert_eq!(header("grpc-status"), (code as i32).to_string(), "{call}");
+        assert!(header("grpc-message").replace("%20", " ").contains(told), "{call}");
+        assert!(answer.headers().contains_key("grpc-status-details-bin"), "{call}");
+    }
+}

@@ -232,3 +232,41 @@ async fn a_job_is_one_over_both_interfaces() {
     assert_eq!(running.job(&place).await["state"], "cancelled");
     drop(release);
 }
+
+#[tokio::test]
+async fn a_retry_after_the_job_has_expired_is_a_new_job() {
+    let running = start(&["--result-ttl=0.05"]).await;
+    let submit = async |query: &str| {
+        let url = running.url(&format!("/v1/segmentations?{query}"));
+        let request = reqwest::Client::new().post(url).header("prefer", "respond-async");
+        location(&request.header("idempotency-key", "1").body(cloud()).send().await.unwrap())
+    };
+    let first = submit("").await;
+    running.events(&first).await;
+    while reqwest::get(running.url(&first)).await.unwrap().status() == 200 {
+        tokio::task::yield_now().await;
+    }
+    // the key is free for another request as well
+    assert_ne!(submit("seed=7").await, first);
+}
+
+#[tokio::test]
+async fn a_service_that_ends_lets_go_those_who_watch_jobs_that_the_next_one_does() {
+    let directory = tempfile::tempdir().unwrap();
+    let data = format!("--data-dir={}", directory.path().display());
+    let running = start(&["--threads=1", &data, "--drain-deadline=3600"]).await;
+    let _release = running.block_small_lane();
+    let place = location(&running.submit("", cloud()).await);
+    let id = place.rsplit('/').next().unwrap().to_owned();
+    let mut grpc = running.grpc_jobs().await;
+    let mut watch = grpc.watch_job(v1::GetJobRequest { id }).await.unwrap().into_inner();
+    assert!(watch.next().await.unwrap().is_ok());
+    let events = reqwest::get(running.url(&format!("{place}/events"))).await.unwrap();
+    running.stop.cancel();
+    assert!(events.text().await.unwrap().contains("\"queued\""));
+    while let Some(job) = watch.next().await {
+        assert!(job.is_ok());
+    }
+    drop(grpc);
+    running.ended.await.unwrap();
+}

@@ -203,3 +203,24 @@ fn an_address_that_is_taken_stops_the_start_with_a_clear_message() {
     assert!(!run.status.success());
     assert!(told.contains(&format!("cannot listen on {address} (http)")), "{told}");
 }
+
+#[tokio::test]
+async fn those_who_watch_its_health_are_told_that_it_ends_and_let_go() {
+    use tonic_health::pb::{HealthCheckRequest, health_client::HealthClient};
+    let running = start(&["--drain-deadline=3600"]).await;
+    let mut health = HealthClient::new(running.channel().await);
+    let mut watches = Vec::new();
+    for service in ["", "conicoid.v1.Segmentations", "conicoid.v1.Jobs"] {
+        let request = HealthCheckRequest { service: service.to_owned() };
+        let mut watch = health.watch(request).await.unwrap().into_inner();
+        assert_eq!(watch.message().await.unwrap().unwrap().status, 1, "{service}");
+        watches.push(watch);
+    }
+    running.stop.cancel();
+    for mut watch in watches {
+        assert_eq!(watch.message().await.unwrap().unwrap().status, 2);
+        assert!(watch.message().await.unwrap().is_none());
+    }
+    drop(health);
+    running.ended.await.unwrap();
+}

@@ -68,8 +68,15 @@ pub fn run(seconds: u64) -> Vec<String> {
     let data = format!("--data-dir={}", directory.path().display());
     let clouds: Arc<[Known]> =
         SIZES.iter().flat_map(|n| [ply(*n), text(*n / 2)]).map(known).collect();
-    // jobs are forgotten soon and their room is small, so that both come to their end again and again
-    let flags = [&data, "--threads=1", "--result-bytes=20971520", "--result-ttl=60"];
+    // jobs are forgotten soon and their room is small, so that both come to their end again and again; the
+    // database's cache is small, so that it is full when the line begins
+    let flags = [
+        &data,
+        "--threads=1",
+        "--result-bytes=20971520",
+        "--result-ttl=60",
+        "--data-cache-bytes=8388608",
+    ];
     let mut server = Server::start(&flags);
     let seen = Shared::default();
     let memory = block_on(soak(&server, &clouds, seconds, &seen));

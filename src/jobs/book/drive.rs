@@ -74,7 +74,7 @@ impl Book {
         let log = tracing::info_span!(parent: None, "job", job_id = %id);
         let span = trace::job(&log);
         trace::set(&span, "conicoid.job.id", id.to_string());
-        self.tasks.spawn(trace::Scope::new(log, span).cover(work));
+        self.tasks.spawn(trace::Scope::of_job(log, span).cover(work));
     }
 
     /// Keeps a new job, tells those who wait for that, and sees the job through.
