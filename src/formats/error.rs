@@ -80,6 +80,19 @@ pub enum FormatError {
         /// Columns up to the last coordinate.
         needed: usize,
     },
+    /// A line of text is longer than any with a point.
+    #[error(
+        "the text's line {line} has more than {most} {of}: give each point a line of its own, and leave \
+         out columns that are no coordinates"
+    )]
+    LongLine {
+        /// Line of the file, from 1.
+        line: usize,
+        /// The most there may be.
+        most: usize,
+        /// Of what there are too many.
+        of: &'static str,
+    },
     /// No field of the file holds coordinates.
     #[error(
         "the {format} file has no coordinates: it needs fields x, y and z; it has {found}{}",

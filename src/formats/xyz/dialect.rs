@@ -1,6 +1,7 @@
 //! How a line of text is parted into fields, and how its numbers are written.
 
 use super::super::text;
+use super::line::MAX_COLUMNS;
 
 /// A line without the blanks around it, and its number in the file, from 1.
 pub(super) type Line<'a> = (usize, &'a [u8]);
@@ -37,7 +38,7 @@ pub(super) const DIALECTS: [Dialect; 5] = [
 impl Dialect {
     /// The dialect in which most of `lines` are rows of numbers.
     pub(super) fn of<'a>(lines: impl Iterator<Item = &'a [u8]> + Clone) -> Self {
-        let rows = |dialect: &Self| lines.clone().filter(|line| dialect.numbers(line) >= 3).count();
+        let rows = |dialect: &Self| lines.clone().filter(|line| dialect.has_numbers(line)).count();
         let mut best = (0, None);
         for dialect in DIALECTS {
             let rows = rows(&dialect);
@@ -81,14 +82,27 @@ impl Dialect {
         }
     }
 
-    /// The fields of a line.
+    /// The fields of a line; of more than [`MAX_COLUMNS`] the first, and one more.
     pub(super) fn fields(self, line: &[u8]) -> Vec<&[u8]> {
         let mut fields = Vec::new();
         self.each_field(line, |_, field| {
             fields.push(field);
-            true
+            fields.len() <= MAX_COLUMNS
         });
         fields
+    }
+
+    /// Whether a line has more than [`MAX_COLUMNS`] fields.
+    pub(super) fn is_wide(self, line: &[u8]) -> bool {
+        // each field but the last has a separator behind it
+        let mut wide = false;
+        if line.len() >= MAX_COLUMNS {
+            self.each_field(line, |column, _| {
+                wide = column >= MAX_COLUMNS;
+                !wide
+            });
+        }
+        wide
     }
 
     /// The first field of a line; empty where there is none.
@@ -101,14 +115,14 @@ impl Dialect {
         first.unwrap_or_default()
     }
 
-    /// How many fields of a line are numbers, those of missing values apart.
-    pub(super) fn numbers(self, line: &[u8]) -> usize {
+    /// Whether three fields of a line are numbers, those of missing values apart.
+    pub(super) fn has_numbers(self, line: &[u8]) -> bool {
         let mut numbers = 0;
         self.each_field(line, |_, field| {
             numbers += usize::from(self.number(text::unquoted(field)).is_some());
-            true
+            numbers < 3
         });
-        numbers
+        numbers == 3
     }
 
     /// The number a field holds, NaN for a missing value; `None` where it is none.

@@ -1,8 +1,9 @@
 //! The lines before the first point: titles, names of columns, units, a count of points.
 
-use super::super::{Format, FormatError, error::excerpt, text};
+use super::super::{Bounds, Format, FormatError, error::excerpt, text};
 use super::{
     dialect::{DIALECTS, Dialect, Line},
+    line::{self, MAX_COLUMNS},
     names::{self, Ambiguous},
     running,
 };
@@ -32,9 +33,11 @@ impl<'a> Heading<'a> {
     pub(super) fn take(
         dialect: Dialect,
         sample: &[Line<'a>],
+        limits: &dyn Bounds,
     ) -> Result<(Self, Vec<Line<'a>>), FormatError> {
         let mut heading = Self::default();
         for (place, &(number, line)) in sample.iter().enumerate() {
+            limits.go_on()?;
             if text::is_comment(line) {
                 let names = Names::of(dialect, (number, comment_text(line)));
                 heading.comment = names.or(heading.comment);
@@ -46,6 +49,9 @@ impl<'a> Heading<'a> {
             } else if is_row(dialect, line) {
                 let rows = sample[place..].iter().filter(|(_, line)| !text::is_comment(line));
                 return Ok((heading, rows.copied().collect()));
+            } else if DIALECTS.iter().any(|dialect| dialect.is_wide(line)) {
+                // it may have names: to pass it over could be to take other columns than it says
+                return Err(line::wide(number));
             } else {
                 heading.others.push((number, line));
                 if heading.others.len() > MAX_OTHER_LINES {
@@ -100,7 +106,7 @@ pub(super) fn count(dialect: Dialect, line: &[u8]) -> Option<u64> {
 /// columns.
 fn is_row(dialect: Dialect, line: &[u8]) -> bool {
     let values = || dialect.fields(line).into_iter().take(3).map(|field| dialect.value(field));
-    dialect.numbers(line) >= 3 || (values().len() == 3 && values().all(|value| value.is_some()))
+    dialect.has_numbers(line) || (values().len() == 3 && values().all(|value| value.is_some()))
 }
 
 /// What a comment says: `// Columns: X Y Z` says `X Y Z`.
@@ -116,6 +122,20 @@ fn listed(fields: &[&[u8]]) -> String {
     fields.iter().take(12).map(|field| excerpt(field)).collect::<Vec<_>>().join(", ")
 }
 
+/// The fields of a line of names without the units behind them; `None` where they are more than
+/// [`MAX_COLUMNS`].
+fn without_units(dialect: Dialect, line: &[u8]) -> Option<Vec<&[u8]>> {
+    let mut names = Vec::new();
+    dialect.each_field(line, |_, field| {
+        let unit = field.starts_with(b"[") || field.starts_with(b"(");
+        if !(unit && dialect.parts_at_blanks()) {
+            names.push(field);
+        }
+        names.len() <= MAX_COLUMNS
+    });
+    (names.len() <= MAX_COLUMNS).then_some(names)
+}
+
 /// A line of names, those of coordinates among them.
 struct Names<'a> {
     line: usize,
@@ -125,15 +145,11 @@ struct Names<'a> {
 
 impl<'a> Names<'a> {
     /// The names in a line, parted like the points or in another way; `None` where none of them is a
-    /// coordinate's.
+    /// coordinate's, or there are more than [`MAX_COLUMNS`].
     fn of(dialect: Dialect, (line, text): Line<'a>) -> Option<Self> {
         let ways = std::iter::once(dialect).chain(DIALECTS);
         ways.into_iter().find_map(|dialect| {
-            let mut fields = dialect.fields(text);
-            if dialect.parts_at_blanks() {
-                // units behind their names
-                fields.retain(|field| !field.starts_with(b"[") && !field.starts_with(b"("));
-            }
+            let fields = without_units(dialect, text)?;
             let columns = names::coordinates(&fields).transpose()?;
             Some(Self { line, fields, columns })
         })

@@ -1,14 +1,17 @@
 //! Where the coordinates stand in the lines of a text, as its first lines show.
 
-use super::super::{Columns, FormatError, text};
+use super::super::{Bounds, Columns, FormatError, text};
 use super::{
     dialect::{Dialect, Line},
     heading::{Heading, error},
+    line::{self, MAX_LINE_BYTES, Pace},
     running,
 };
 
-/// Lines that are looked at to tell how the text is written.
+/// Lines that are looked at to tell how the text is written, and as many comments.
 const SAMPLE_LINES: usize = 1000;
+/// Bytes that are looked at to tell the same, and as many of comments: none further when there are so many.
+const SAMPLE_BYTES: usize = 1024 * 1024;
 
 /// How to read the lines.
 #[derive(Debug)]
@@ -28,13 +31,18 @@ pub(super) struct Layout {
 
 impl Layout {
     /// The layout that the first lines show; `columns` are those the sender names.
-    pub(super) fn of(text: &[u8], columns: Option<Columns>) -> Result<Self, FormatError> {
-        let lines = text::lines(text).enumerate().map(|(i, line)| (i + 1, line.trim_ascii()));
-        let sample: Vec<Line> =
-            lines.filter(|(_, line)| !line.is_empty()).take(SAMPLE_LINES).collect();
+    ///
+    /// # Errors
+    /// They can be read in two ways or are too long, or the cloud is not wanted any more.
+    pub(super) fn of(
+        text: &[u8],
+        columns: Option<Columns>,
+        limits: &dyn Bounds,
+    ) -> Result<Self, FormatError> {
+        let sample = sample(text, limits)?;
         let told = sample.iter().map(|(_, line)| *line).filter(|line| !text::is_comment(line));
         let dialect = Dialect::of(told);
-        let (heading, rows) = Heading::take(dialect, &sample)?;
+        let (heading, rows) = Heading::take(dialect, &sample, limits)?;
         let mut layout = Self {
             dialect,
             columns: [0, 1, 2],
@@ -45,6 +53,7 @@ impl Layout {
             running: false,
         };
         let Some(&(number, row)) = rows.first() else { return Ok(layout) };
+        line::check(dialect, row, number)?;
         if dialect.is_unsure(row) {
             let reason =
                 "its commas may part numbers or be in them: put semicolons between numbers";
@@ -60,4 +69,51 @@ impl Layout {
         layout.needed = 1 + layout.columns.into_iter().max().unwrap_or_default();
         Ok(layout)
     }
+}
+
+/// What there is room for among the lines that are looked at.
+struct Room {
+    lines: usize,
+    bytes: usize,
+}
+
+impl Room {
+    const SAMPLE: Self = Self { lines: SAMPLE_LINES, bytes: SAMPLE_BYTES };
+
+    fn is_left(&self) -> bool {
+        self.lines > 0 && self.bytes > 0
+    }
+
+    fn take(&mut self, line: &[u8]) {
+        self.lines -= 1;
+        self.bytes = self.bytes.saturating_sub(line.len());
+    }
+}
+
+/// The first lines and comments, empty lines and long comments apart.
+fn sample<'a>(text: &'a [u8], limits: &dyn Bounds) -> Result<Vec<Line<'a>>, FormatError> {
+    let (mut told, mut comments) = (Room::SAMPLE, Room::SAMPLE);
+    let mut sample = Vec::new();
+    let mut pace = Pace::new(limits);
+    for (index, line) in text::lines(text).enumerate() {
+        pace.pass(line)?;
+        let (number, line) = (index + 1, line.trim_ascii());
+        if line.is_empty() {
+            continue;
+        }
+        if text::is_comment(line) {
+            if comments.is_left() && line.len() <= MAX_LINE_BYTES {
+                comments.take(line);
+                sample.push((number, line));
+            }
+            continue;
+        }
+        line::check_length(line, number)?;
+        told.take(line);
+        sample.push((number, line));
+        if !told.is_left() {
+            break;
+        }
+    }
+    Ok(sample)
 }

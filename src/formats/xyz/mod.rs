@@ -5,15 +5,18 @@
 //! columns of x, y and z, else they are the first three, or those behind running numbers. A line with one
 //! number alone (PTS) announces that many points; behind them another block may begin in the same way.
 //! Further columns are ignored. An empty field between separators is a missing value (NaN). What can be
-//! read in two ways is refused until the sender names the columns.
+//! read in two ways is refused until the sender names the columns. A line of more than
+//! 1000 columns or 64 KiB is refused; a comment so long is passed over.
 
 mod dialect;
 mod heading;
 mod layout;
+mod line;
 mod names;
 mod running;
 
 use layout::Layout;
+use line::Pace;
 
 use super::{Bounds, Columns, Format, FormatError, error::excerpt, memory::room_for, text};
 use crate::geometry::{PointCloud, Vec3};
@@ -25,15 +28,18 @@ pub(super) fn read(
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
     let bytes = text::without_bom(bytes);
-    let layout = Layout::of(bytes, columns)?;
+    let layout = Layout::of(bytes, columns, limits)?;
     let mut block = Block { announced: layout.announced, begin: 0 };
     let mut points = room_for(text::line_count(bytes).min(limits.most()))?;
     let mut numbered = None;
+    let mut pace = Pace::new(limits);
     for (index, line) in text::lines(bytes).enumerate() {
+        pace.pass(line)?;
         let (number, line) = (index + 1, line.trim_ascii());
         if number < layout.first_row || line.is_empty() || text::is_comment(line) {
             continue;
         }
+        line::check(layout.dialect, line, number)?;
         let point = match layout.point(line, number) {
             Err(FormatError::TooFewColumns { .. }) if block.next(points.len(), &layout, line) => {
                 numbered = None;
@@ -123,5 +129,7 @@ impl Layout {
     }
 }
 
+#[cfg(test)]
+mod long_lines;
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,7 @@
 //! Which of the names of columns are those of coordinates.
 
+use std::collections::BTreeMap;
+
 use super::super::text;
 
 /// What may stand beside the letter of an axis: units, and words for a place.
@@ -57,6 +59,9 @@ type Way = fn(&[String]) -> Option<(usize, String)>;
 /// The ways coordinates are named; what the first finds is meant, whatever others would find.
 const WAYS: [Way; 4] = [plain, qualified, surveyed, numbered];
 
+/// The first column that is named for an axis, and whether another is too.
+type Named = (usize, bool);
+
 /// Why names do not tell the columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ambiguous;
@@ -65,18 +70,15 @@ pub(super) struct Ambiguous;
 pub(super) fn coordinates(fields: &[&[u8]]) -> Result<Option<[usize; 3]>, Ambiguous> {
     let words: Vec<_> = fields.iter().map(|field| words(field)).collect();
     for way in WAYS {
-        let found: Vec<_> =
-            words.iter().enumerate().filter_map(|(i, w)| Some((i, way(w)?))).collect();
-        let mut triples = Vec::new();
-        for (_, (_, beside)) in found.iter().filter(|(_, (axis, _))| *axis == 0) {
-            let of = |axis: usize| {
-                let mut same = found.iter().filter(|(_, (a, b))| *a == axis && b == beside);
-                same.next().map(|(column, _)| (*column, same.next().is_some()))
-            };
-            if let (Some(x), Some(y), Some(z)) = (of(0), of(1), of(2)) {
-                triples.push([x, y, z]);
+        let mut found = BTreeMap::<String, [Option<Named>; 3]>::new();
+        for (column, words) in words.iter().enumerate() {
+            if let Some((axis, beside)) = way(words) {
+                let named = &mut found.entry(beside).or_default()[axis];
+                *named = Some(named.map_or((column, false), |(first, _)| (first, true)));
             }
         }
+        let whole = |named: &[Option<Named>; 3]| Some([named[0]?, named[1]?, named[2]?]);
+        let triples: Vec<_> = found.values().filter_map(whole).collect();
         match triples.as_slice() {
             [] => {}
             [only] if only.iter().all(|(_, again)| !again) => {
