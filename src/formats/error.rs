@@ -115,8 +115,8 @@ pub enum FormatError {
     },
     /// The first column has running numbers, or coordinates that look like them.
     #[error(
-        "the first column of the text counts up, at line {line} in another way than x, y and z tell: \
-         say which columns they are, columns=2,3,4 behind running numbers or columns=1,2,3"
+        "the first column of the text, at line {line}, may be x or a running number: say which columns \
+         are x, y and z, columns=2,3,4 behind running numbers or columns=1,2,3"
     )]
     RunningNumbers {
         /// Line of the file, from 1.

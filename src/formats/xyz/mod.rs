@@ -119,10 +119,10 @@ impl Layout {
     /// coordinate after all.
     fn check_running(
         &self,
-        last: Option<u64>,
+        last: Option<i64>,
         line: &[u8],
         number: usize,
-    ) -> Result<u64, FormatError> {
+    ) -> Result<i64, FormatError> {
         let first = running::number(self.dialect.first(line));
         let follows = first.filter(|n| last.is_none_or(|last| n.checked_sub(1) == Some(last)));
         follows.ok_or(FormatError::RunningNumbers { line: number })

@@ -116,6 +116,11 @@ fn running_numbers_before_the_coordinates_are_passed_over() {
         let found = points(&numbered(start..start + 9));
         assert_eq!((found.len(), found[2]), (9, [4.5, 14.0, 9998.25]));
     }
+    // as doubles, and from below 0
+    for write in [|i| format!("{i}.0"), |i| format!("{i}.000e0"), |i: i32| (i - 3).to_string()] {
+        let rows = (0..9).map(|i| format!("{} {}.5 {} {}.25\n", write(i), i * i, 7 * i, 10000 - i));
+        assert_eq!(points(&rows.collect::<String>())[2], [4.5, 14.0, 9998.25]);
+    }
     let named = format!("x y z\n{}", numbered(1..10));
     assert_eq!(points(&named)[2], [4.5, 14.0, 9998.25]);
 }
@@ -126,6 +131,12 @@ fn numbers_that_may_be_running_or_coordinates_are_refused() {
     let row = (0..9).map(|i| format!("{i} 0.5 {}.25 7\n", i * i)).collect::<String>();
     let whole = (0..9).map(|i| format!("{i} {} {} 7\n", i * i, 9 - i)).collect::<String>();
     let far = numbered((1..10).map(|n| 3 * n));
+    // each number once, in no order
+    let shuffled = numbered((0..101).map(|i| (i * 37) % 101));
+    let falling = numbered((0..101).rev());
+    for text in [shuffled, falling] {
+        assert_eq!(error(&text), FormatError::RunningNumbers { line: 1 });
+    }
     for text in [row, whole, far] {
         assert_eq!(error(&text), FormatError::RunningNumbers { line: 1 });
         let x = told(&text, Some([1, 2, 3])).unwrap().points[2].x;
@@ -147,9 +158,11 @@ fn coordinates_that_count_up_are_no_running_numbers() {
         (0..9).map(|i| format!("{}.5 {i}.5 {} 7\n", i, 9 - i)).collect::<String>(),
         (0..9).map(|i| format!("{} {i} {} 7.5\n", i / 3, 9 - i)).collect::<String>(),
         (0..9).map(|i| format!("{} {i} {} 7\n", i * i, 9 - i)).collect::<String>(),
+        // whole numbers that come again are the steps of a grid
+        (0..90).map(|i| format!("{} {i}.5 {} 7\n", (i * 37) % 53, 9 - i)).collect::<String>(),
     ] {
         let first: f64 = text.split(' ').nth(1).map_or(0.0, |_| points(&text)[8][0]);
-        assert!([8.0, 8.5, 2.0, 64.0].contains(&first), "{text}: {first}");
+        assert!([8.0, 8.5, 2.0, 64.0, 31.0].contains(&first), "{text}: {first}");
     }
 }
 
