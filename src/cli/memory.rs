@@ -4,7 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use crate::service::Service;
 
-/// Memory is given back once no run has begun for about this long.
+/// Memory is given back once nothing has taken any for about this long.
 const IDLE: Duration = Duration::from_secs(10);
 
 /// Keeps the memory of ended runs for the next ones.
@@ -33,12 +33,12 @@ pub fn keep() {
 /// while; all but the ends of the threads' heaps, which glibc does not look at.
 pub async fn give_back_when_idle(service: Arc<Service>) {
     let mut time = tokio::time::interval(IDLE);
-    let (mut seen, mut kept) = (service.pool().begun(), false);
+    let (mut seen, mut kept) = (service.activity(), false);
     loop {
         time.tick().await;
-        let begun = service.pool().begun();
-        if begun != seen {
-            (seen, kept) = (begun, true);
+        let activity = service.activity();
+        if activity != seen {
+            (seen, kept) = (activity, true);
         } else if kept && service.bytes_in_flight() == 0 {
             kept = false;
             // it takes milliseconds

@@ -3,11 +3,17 @@
 use super::{Bounds, Format, FormatError, error::excerpt, memory::room_for, mesh::Triangles, text};
 use crate::geometry::{PointCloud, Vec3};
 
+/// Lines read between two looks at whether to go on: many hold no vertex.
+const LINES_A_LOOK: usize = 4096;
+
 /// Reads one point from each `v x y z [w | r g b]` line, in their order.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let mut points = room_for(most_points(bytes).min(limits.most()))?;
     let mut triangles = Triangles::default();
     for (index, line) in text::lines(text::without_bom(bytes)).enumerate() {
+        if index % LINES_A_LOOK == 0 {
+            limits.go_on()?;
+        }
         let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
         match words.next() {
             Some(b"v") => {
@@ -61,6 +67,30 @@ mod tests {
         let text = b"# cube\r\no cube\nv 1 2 3\nvn 0 0 1\n v\t4 5 6 0.1 0.2 0.3\nf 1 2 1\n";
         let cloud = read(text, &Limits::default()).unwrap();
         assert_eq!(cloud.points, [Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0)]);
+    }
+
+    #[test]
+    fn a_cloud_nobody_wants_any_more_is_not_read_through_its_faces() {
+        let text = format!("v 1 2 3\n{}", "f 1 1 1\n".repeat(2 * LINES_A_LOOK));
+        let looks = std::cell::Cell::new(0);
+        #[derive(Debug)]
+        struct Second<'a>(&'a std::cell::Cell<u32>);
+        impl Bounds for Second<'_> {
+            fn check(&self, _: u64) -> Result<(), FormatError> {
+                Ok(())
+            }
+
+            fn most(&self) -> u64 {
+                10
+            }
+
+            fn go_on(&self) -> Result<(), FormatError> {
+                self.0.set(self.0.get() + 1);
+                if self.0.get() < 2 { Ok(()) } else { Err(FormatError::Stopped) }
+            }
+        }
+        assert_eq!(read(text.as_bytes(), &Second(&looks)), Err(FormatError::Stopped));
+        assert_eq!(looks.get(), 2);
     }
 
     #[test]

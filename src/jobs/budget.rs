@@ -12,6 +12,8 @@ use super::{KeyShare, Overloaded, tally::Tally};
 pub struct ByteBudget {
     limit: u64,
     held: Arc<AtomicU64>,
+    // how often a share has grown
+    grown: Arc<AtomicU64>,
     // bytes that each key holds
     keys: Arc<Tally>,
 }
@@ -35,12 +37,22 @@ struct Taken {
 impl ByteBudget {
     /// A budget of `limit` bytes, of which one key may hold `share`.
     pub fn new(limit: u64, share: KeyShare) -> Self {
-        Self { limit, held: Arc::default(), keys: Tally::new(share.of(limit)) }
+        Self {
+            limit,
+            held: Arc::default(),
+            grown: Arc::default(),
+            keys: Tally::new(share.of(limit)),
+        }
     }
 
     /// Bytes held now.
     pub fn held(&self) -> u64 {
         self.held.load(Ordering::Relaxed)
+    }
+
+    /// How often bytes have been taken since the start: it changes with everything that takes memory.
+    pub fn grown(&self) -> u64 {
+        self.grown.load(Ordering::Relaxed)
     }
 
     /// The most there may be held.
@@ -98,6 +110,7 @@ impl BytesHeld {
             budget.keys.give_back(taken.owner.as_deref(), more);
             return Err(Overloaded::Bytes { limit: budget.limit });
         }
+        budget.grown.fetch_add(u64::from(more > 0), Ordering::Relaxed);
         taken.bytes += more;
         Ok(())
     }
@@ -137,6 +150,7 @@ mod tests {
         let (a, b) = (budget.share(), budget.share());
         assert!(a.grow_to(6).is_ok() && a.grow_to(4).is_ok() && b.grow_to(4).is_ok());
         assert_eq!(b.grow_to(5), Err(Overloaded::Bytes { limit: 10 }));
+        assert_eq!(budget.grown(), 2);
         assert_eq!(budget.held(), 10);
         drop(a);
         assert_eq!(budget.held(), 4);

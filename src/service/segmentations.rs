@@ -124,6 +124,11 @@ impl Service {
         self.book.probe().await.err().map(|error| error.to_string())
     }
 
+    /// A number that changes whenever something has been done that takes memory.
+    pub fn activity(&self) -> u64 {
+        self.pool.begun().wrapping_add(self.budget.grown())
+    }
+
     /// Bytes of uploads held now.
     pub fn bytes_in_flight(&self) -> u64 {
         self.budget.held()
