@@ -9,8 +9,13 @@ pub(super) fn without_bom(bytes: &[u8]) -> &[u8] {
 
 /// The lines of a text, ended by LF, by CR LF (then the CR stays), or by CR where the text has no LF.
 pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    let end = line_end(bytes);
     bytes.split(move |&b| b == end)
+}
+
+/// What ends the lines of a text.
+fn line_end(bytes: &[u8]) -> u8 {
+    if bytes.contains(&b'\n') { b'\n' } else { b'\r' }
 }
 
 /// Whether a trimmed line is a comment of the kinds met in text clouds.
@@ -20,13 +25,10 @@ pub(super) fn is_comment(line: &[u8]) -> bool {
 
 /// How many lines a text has.
 pub(super) fn line_count(bytes: &[u8]) -> u64 {
-    let count = |end: u8| bytes.iter().filter(|&&b| b == end).count() as u64;
-    let ends = match count(b'\n') {
-        0 => count(b'\r'),
-        lines => lines,
-    };
-    let open = bytes.last().is_some_and(|b| !matches!(b, b'\n' | b'\r'));
-    ends + u64::from(open)
+    let end = line_end(bytes);
+    let ends = bytes.iter().filter(|&&b| b == end).count() as u64;
+    // the last line may go without
+    ends + u64::from(bytes.last().is_some_and(|&b| b != end))
 }
 
 /// Whether a line has three numbers or more, separated in any usual way.
@@ -114,4 +116,17 @@ impl<'a> Words<'a> {
 /// The line, from 1, that the byte at `position` stands on.
 pub(super) fn line_of(bytes: &[u8], position: usize) -> usize {
     1 + bytes[..position].iter().filter(|&&b| b == b'\n').count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_line_with_anything_in_it_is_left_out_of_the_count() {
+        for text in ["", "a", "a\n", "a\nb", "a\nb\r", "a\r\nb\r\n", "a\rb", "a\rb\r", "\n\na"] {
+            let filled = lines(text.as_bytes()).filter(|line| !line.is_empty()).count() as u64;
+            assert!(line_count(text.as_bytes()) >= filled, "{text:?}");
+        }
+    }
 }
