@@ -4,6 +4,8 @@
 //! Compiles the modules that read clouds, not the servers. From this folder, for each format:
 //! `mkdir -p corpus/ply`, then
 //! `cargo +nightly fuzz run --fuzz-dir . ply corpus/ply seeds/ply -- -malloc_limit_mb=1000 -timeout=10`.
+//! `grown/ply.tar.xz` and its like hold what earlier runs of our own parsers found worth keeping: unpack it into
+//! `corpus/ply` first. Those of formats that libraries read are not kept.
 //! The target `read` tells the format from the bytes; give it all of `seeds/*`.
 #![allow(dead_code, unused_imports)]
 
