@@ -5,8 +5,8 @@ use reqwest::Client;
 use super::{block_on, cloud::bracket, missed, server::Server};
 
 const POINTS: usize = 5_000_000;
-/// Points of the run that waits for the threads of the cancelled one.
-const NEXT: usize = 200_000;
+/// Points of the run that waits for the threads of the cancelled one: as many as take the large lane.
+const NEXT: usize = 300_000;
 const ROUNDS: u32 = 12;
 /// The threads must be free within this many milliseconds.
 const MOST: f64 = 100.0;
