@@ -57,7 +57,7 @@ pub struct Trouble {
     error: StoreError,
     // the database is to be opened again
     spoils: bool,
-    // another call has failed before, and this one was not tried
+    // it may come of another call's failure: the library refuses what follows one, and panics beside one
     inherited: bool,
 }
 
