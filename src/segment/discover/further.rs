@@ -1,0 +1,41 @@
+//! Whether points without a surface hold one.
+
+use crate::fit::Family;
+use crate::geometry::Vec3;
+use crate::segment::family::{Families, MOST_RADIUS, Policy};
+use crate::segment::grow::search::hypothesise;
+use crate::segment::grow::select::select;
+use crate::segment::prepare::scene::Scene;
+use crate::segment::{Monitor, Parameters};
+
+/// Whether what a model leaves of a cloud holds a surface worth a region.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn holds_surface(
+    left: &[Vec3],
+    sigma: f64,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<bool, crate::segment::SegmentError> {
+    const LIMIT: usize = 60_000;
+    let m = left.len().min(LIMIT);
+    let taken = (0..m).map(|k| left[k * left.len() / m]).collect();
+    let mut scene = Scene::watched(taken, monitor)?;
+    scene.sharpen_normals(sigma);
+    let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let families = Families {
+        allowed: Family::ALL.to_vec(),
+        sigma,
+        max_radius: MOST_RADIUS * extent,
+        floor: sigma,
+        strips: false,
+        policy: Policy::of(parameters),
+    };
+    let trials = &mut (0, 0);
+    let found = hypothesise(&scene, &families, 64, parameters.seed, trials, |_| false, monitor)?;
+    let none = vec![-1; m];
+    let chosen = select(&scene, found, sigma, &none, 0, 40).0;
+    monitor.check()?;
+    Ok(!chosen.is_empty())
+}

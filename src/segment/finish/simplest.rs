@@ -1,0 +1,187 @@
+//! The simplest family that explains a region.
+
+use crate::fit::least_squares::{Columns, Fitted, Options, fit, fit_columns};
+use crate::fit::{Family, Shape, Spread};
+use crate::geometry::{Mat3, Vec3};
+use crate::segment::Monitor;
+
+/// Points that tell a simpler family to be hopeless, and the mean square, over the richer one's, beyond which
+/// it is.
+pub const FEW: usize = 500;
+
+/// Points of a region that the correlation of its residuals is judged by.
+const INFLATION_SAMPLE: usize = 6_000;
+
+const HOPELESS: f64 = 3.0;
+
+/// Residuals that shake the parameters this many times more than noise would show a form error.
+const DOUBLE: f64 = 2.0;
+
+/// Mean square that a simpler family may have where there is a form error, over the richer one's.
+const FORM: f64 = 1.5;
+
+/// What a curved surface must save in description length beside a plane: points of the neighbours among those of
+/// a narrow strip bend it.
+const LEAKED: f64 = 12.0;
+
+/// The shape fitted to weighted points, or a simpler family nested in its own where that one's
+/// description length is less. `total` is the weight of all points of which these are a sample.
+///
+/// Where residuals are correlated, a form error lets a richer family gain that many times more than noise
+/// would: the gain is divided by it.
+pub fn simplest(
+    shape: &Shape,
+    points: &Columns,
+    total: f64,
+    sigma: f64,
+    cauchy: Option<f64>,
+    monitor: &dyn Monitor,
+) -> Shape {
+    let o = Options { cauchy, steps: 6, tolerance: 1e-7 };
+    let fitted = |s: &Shape, steps| {
+        (!monitor.cancelled()).then(|| fit_columns(s, points, &Options { steps, ..o }))?
+    };
+    let Some(f) = fitted(shape, o.steps) else { return *shape };
+    let few = points.thinned(FEW);
+    let floor = f.mean_sq.max(sigma * sigma);
+    let hopeless = |s: &Shape| {
+        let options = Options { cauchy, steps: 15, tolerance: 1e-3 };
+        fit(s, &few, None, &options).is_none_or(|f| f.mean_sq > HOPELESS * floor)
+    };
+    let mut simpler = nested(&f.shape, &points.origin(), cauchy.is_some());
+    simpler.retain(|s| !hopeless(s));
+    if simpler.is_empty() {
+        return f.shape;
+    }
+    let sample = points.thinned(INFLATION_SAMPLE);
+    let share = (total / sample.len().max(1) as f64).max(1.0);
+    let inflation = Spread::of(&f.shape, &sample).inflation(sigma, share);
+    let length = |f: &Fitted| {
+        let chi2 = f.mean_sq * total / (sigma * sigma);
+        let length = chi2 / inflation + f.shape.family.description_length(total as usize);
+        if f.shape.family == Family::Plane { length - LEAKED } else { length }
+    };
+    // How much of a form error is the family's is not for it to say.
+    let within_form = |f: &Fitted, best: &Fitted| {
+        (cauchy.is_some() || inflation > DOUBLE)
+            && f.mean_sq < FORM * best.mean_sq.max(sigma * sigma)
+    };
+    let mut best = f;
+    for s in simpler {
+        if let Some(f) = fitted(&s, 15)
+            && (length(&f) < length(&best) || within_form(&f, &best))
+        {
+            best = f;
+        }
+    }
+    best.shape
+}
+
+/// Simpler shapes near this one where its points lie, for a start.
+fn nested(s: &Shape, centroid: &Vec3, form: bool) -> Vec<Shape> {
+    let [a, b, c] = s.size;
+    let o = s.offset(centroid);
+    let plane = || {
+        let foot = centroid - o.normal * o.distance;
+        Shape::with_axis(Family::Plane, foot, o.normal, [0.0; 3])
+    };
+    let round = |family, radius| Shape { family, size: [radius, 0.0, 0.0], ..*s };
+    match s.family {
+        Family::Cylinder | Family::Sphere => vec![plane()],
+        Family::Cone => vec![round(Family::Cylinder, a.abs()), plane()],
+        Family::EllipticCylinder => vec![round(Family::Cylinder, (a * b).sqrt()), plane()],
+        Family::Ellipsoid => {
+            let mut simpler = if form { stretched(s, centroid) } else { Vec::new() };
+            simpler.push(round(Family::Sphere, (a * b * c).cbrt()));
+            simpler
+        }
+        // A tube whose axis hardly bends, a sheet: with a form error, a cylinder and a plane.
+        Family::Torus if form => vec![straightened(s, centroid), plane()],
+        Family::Plane | Family::Torus => Vec::new(),
+    }
+}
+
+/// The cylinders, elliptic and round, along the longest axis of an ellipsoid where its points lie.
+fn stretched(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| s.size[i].total_cmp(&s.size[j]));
+    let [i, j, k] = order;
+    let axis = |i: usize| s.frame.column(i).into_owned();
+    let height = axis(k).dot(&(centroid - s.origin));
+    let narrowing = (1.0 - (height / s.size[k]).powi(2)).max(0.0).sqrt();
+    let [a, b] = [i, j].map(|i| s.size[i] * narrowing);
+    let elliptic = Shape {
+        family: Family::EllipticCylinder,
+        origin: s.origin + axis(k) * height,
+        frame: Mat3::from_columns(&[axis(i), axis(k).cross(&axis(i)), axis(k)]),
+        size: [a, b, 0.0],
+    };
+    let radius = (a * b).sqrt();
+    vec![elliptic, Shape { family: Family::Cylinder, size: [radius, 0.0, 0.0], ..elliptic }]
+}
+
+/// The cylinder along a torus's tube where its points lie.
+fn straightened(s: &Shape, centroid: &Vec3) -> Shape {
+    let q = centroid - s.origin;
+    let w = s.w();
+    let radial = (q - w * q.dot(&w)).normalize();
+    let middle = s.origin + radial * s.size[0];
+    Shape::with_axis(Family::Cylinder, middle, w.cross(&radial), [s.size[1], 0.0, 0.0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::segment::Silent;
+
+    #[test]
+    fn a_long_ellipsoid_is_as_wide_as_its_cylinder_where_its_points_lie() {
+        let ellipsoid = Shape {
+            family: Family::Ellipsoid,
+            origin: Vec3::new(1.0, 2.0, 3.0),
+            frame: Mat3::identity(),
+            size: [1000.0, 10.0, 10.0],
+        };
+        let centroid = ellipsoid.origin + Vec3::new(600.0, 8.0, 0.0);
+        for form in [false, true] {
+            let simpler = nested(&ellipsoid, &centroid, form);
+            let families: Vec<Family> = simpler.iter().map(|s| s.family).collect();
+            if !form {
+                assert_eq!(families, [Family::Sphere]);
+                continue;
+            }
+            assert_eq!(families, [Family::EllipticCylinder, Family::Cylinder, Family::Sphere]);
+            for s in &simpler[..2] {
+                assert!((s.size[0] - 8.0).abs() < 1e-12, "{s:?}");
+                assert!(s.distance(&centroid).abs() < 1e-9, "{s:?}");
+                assert!(s.w().cross(&Vec3::x()).norm() < 1e-12, "{s:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_strip_is_curved_only_where_that_saves_more_than_leaked_points_would() {
+        const SIGMA: f64 = 0.02;
+        let (columns, rows, width) = (90, 6, 1.4);
+        let n = columns * rows;
+        // What a cylinder of this radius saves in chi2 over a plane is n / sigma2 times the variance of x2 / (2 R).
+        let strip = |saved: f64| {
+            let x = |k: usize| width * (k as f64 / (rows - 1) as f64 - 0.5);
+            let sq: Vec<f64> = (0..rows).map(|k| x(k).powi(2)).collect();
+            let mean = sq.iter().sum::<f64>() / rows as f64;
+            let variance = sq.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / rows as f64;
+            let radius = (n as f64 * variance / (4.0 * saved * SIGMA * SIGMA)).sqrt();
+            let z = |x: f64| (radius * radius - x * x).sqrt() - radius;
+            let points: Vec<Vec3> =
+                (0..n).map(|k| Vec3::new(x(k % rows), (k / rows) as f64, z(x(k % rows)))).collect();
+            let origin = Vec3::new(0.0, 0.0, -radius);
+            let size = [radius, 0.0, 0.0];
+            let shape = Shape::with_axis(Family::Cylinder, origin, Vec3::y(), size);
+            simplest(&shape, &Columns::of(&points, None), n as f64, SIGMA, None, &Silent).family
+        };
+        let length = |f: Family| f.description_length(n);
+        let dearer = length(Family::Cylinder) - length(Family::Plane);
+        assert_eq!(strip(dearer + 0.5 * LEAKED), Family::Plane);
+        assert_eq!(strip(dearer + 2.0 * LEAKED), Family::Cylinder);
+    }
+}

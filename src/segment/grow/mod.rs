@@ -1,0 +1,7 @@
+//! Hypotheses: surfaces grown from local starts, and the choice among them.
+
+pub mod hypothesis;
+pub mod search;
+pub mod select;
+pub mod start;
+pub mod walk;

@@ -1,0 +1,171 @@
+//! Form error: surfaces that are not quite what they should be, and scenes that hold none.
+//!
+//! Residuals of neighbours that go together say that a hypothesis is a piece of some other form: a freeform,
+//! or a true surface with a form error above the noise. What tells them apart is where growth ends: on a true
+//! surface hypotheses become the same wherever they start; on freeform each slides to where its
+//! seed lay.
+
+use crate::segment::family::Families;
+use crate::segment::grow::hypothesis::Hypothesis;
+use crate::segment::grow::search::hypothesise;
+use crate::segment::judge::stability::judged;
+use crate::segment::judge::whiteness::correlation;
+use crate::segment::partition::{Partition, members};
+use crate::segment::prepare::scene::Scene;
+use crate::segment::{Cancelled, Monitor};
+
+/// Hypotheses after which the form of a scene is first judged.
+const FORM_SAMPLE: usize = 16;
+
+/// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
+const CORRELATED: f64 = 0.07;
+
+/// Share of the points of hypotheses in correlated ones beyond which a form error is suspected, and clear.
+const DOUBTFUL: f64 = 0.25;
+
+const CLEAR: f64 = 0.6;
+
+/// Mean correlation of settled surfaces' residuals beyond which it is seen: without form errors hardly any is left.
+const SEEN: f64 = 0.035;
+
+/// Multiples of sigma at which surfaces with a form error are looked for.
+const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+
+/// Those tried last, for what the others see only in part.
+const BETWEEN: [f64; 2] = [2.8, 5.6];
+
+/// How much more the thinner sample must scatter for a level of its own.
+const CLEARLY: f64 = 1.25;
+
+/// Seeds that tell whether a level is worth trying.
+const LOOK: usize = 16;
+
+/// Share of the grown points that lie in hypotheses with correlated residuals.
+fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
+    let all: usize = hypotheses.iter().map(|h| h.support.len()).sum();
+    let bad = hypotheses.iter().filter(|h| h.correlation > CORRELATED);
+    bad.map(|h| h.support.len()).sum::<usize>() as f64 / all.max(1) as f64
+}
+
+/// The scatter about surfaces at which these are looked for, rising: multiples of the points' noise, and of what
+/// the neighbourhoods of the thinner sample scatter by where that is clearly more.
+pub fn levels(noise: f64, thinner: f64) -> Vec<f64> {
+    let mut levels: Vec<f64> = LEVELS.iter().map(|l| l * noise).collect();
+    let most = LEVELS[LEVELS.len() - 1];
+    levels.extend(Some(most * thinner).filter(|l| *l > CLEARLY * most * noise));
+    levels
+}
+
+/// Levels between those of [`levels`].
+pub fn between(noise: f64) -> [f64; 2] {
+    BETWEEN.map(|l| l * noise)
+}
+
+/// The hypotheses of a scene, and whether a good part of what they cover goes together as with a form error; none where
+/// that is clear.
+///
+/// Hypotheses that bridge smooth joints look like that too, until labels and surfaces have settled. Then
+/// [`is_seen`] tells.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn hypotheses(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Option<(Vec<Hypothesis>, bool)>, Cancelled> {
+    let clear =
+        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && correlated_share(found) > CLEAR;
+    let found = hypothesise(scene, families, usize::MAX, seed, trials, clear, monitor)?;
+    let doubtful = correlated_share(&found) > DOUBTFUL;
+    Ok((!clear(&found)).then_some((found, doubtful)))
+}
+
+/// Whether what settled surfaces leave of their points goes together as with a form error.
+pub fn is_seen(scene: &Scene, model: &Partition, sigma: f64) -> bool {
+    let groups = members(&model.labels, model.shapes.len());
+    let (mut sum, mut points) = (0.0, 0.0);
+    for (l, (shape, group)) in model.shapes.iter().zip(&groups).enumerate() {
+        let inside = |j: u32| model.labels[j as usize] == l as i32;
+        let n = group.len() as f64;
+        sum += n * correlation(scene, shape, group, sigma, inside);
+        points += n;
+    }
+    sum > SEEN * points
+}
+
+/// The hypotheses of a scene whose surfaces have a form error that `families` take account of; none where most of
+/// the first ones slide.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn loose_hypotheses(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Option<Vec<Hypothesis>>, Cancelled> {
+    let few = hypothesise(scene, families, LOOK, seed, trials, |_| false, monitor)?;
+    if stable_share(scene, families, few) <= 0.5 {
+        return Ok(None);
+    }
+    let all = hypothesise(scene, families, usize::MAX, seed, trials, |_| false, monitor)?;
+    Ok(Some(judged(scene, families, all)))
+}
+
+/// Share of the points that hypotheses cover which sound ones do.
+fn stable_share(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> f64 {
+    let points = |found: &[Hypothesis]| {
+        let mut all: Vec<u32> = found.iter().flat_map(|h| h.support.iter().copied()).collect();
+        all.sort_unstable();
+        all.dedup();
+        all.len()
+    };
+    let all = points(&found);
+    let mut good = judged(scene, families, found);
+    good.retain(|h| h.sound);
+    points(&good) as f64 / all.max(1) as f64
+}
+
+/// The hypotheses of a scene without surfaces at any level that stand out of its form.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn outstanding_hypotheses(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Vec<Hypothesis>, Cancelled> {
+    let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE;
+    Ok(standing_out(hypothesise(scene, families, usize::MAX, seed, trials, early, monitor)?))
+}
+
+/// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger
+/// than the patches that the form breaks into.
+fn standing_out(hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    let mut patches: Vec<usize> =
+        hypotheses.iter().filter(|h| h.correlation > CORRELATED).map(|h| h.support.len()).collect();
+    patches.sort_unstable();
+    let typical = patches.get(patches.len() / 2).copied().unwrap_or(0);
+    hypotheses
+        .into_iter()
+        .filter(|h| h.correlation <= 0.5 * CORRELATED && h.support.len() > 3 * typical)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thinner_sample_has_a_level_of_its_own_where_it_scatters_clearly_more() {
+        assert_eq!(levels(0.5, 0.5), [0.5, 1.0, 2.0, 4.0]);
+        assert_eq!(levels(0.5, 0.6), [0.5, 1.0, 2.0, 4.0]);
+        assert_eq!(levels(0.5, 1.0), [0.5, 1.0, 2.0, 4.0, 8.0]);
+    }
+}

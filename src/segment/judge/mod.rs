@@ -1,0 +1,10 @@
+//! Whether what was found is a surface: tests of whiteness, breadth, form and stability.
+
+pub mod across;
+pub mod breadth;
+pub mod form;
+pub mod one_quadric;
+pub mod parabola;
+pub mod stability;
+pub mod strays;
+pub mod whiteness;

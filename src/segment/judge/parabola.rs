@@ -1,0 +1,116 @@
+//! Ellipses that are parabolas where their points lie: those of surfaces that are no ellipses there either.
+
+use rayon::prelude::*;
+
+use crate::fit::{Family, Shape, Spread};
+use crate::geometry::Vec3;
+use crate::segment::judge::one_quadric::one_quadric;
+use crate::segment::partition::Partition;
+use crate::segment::prepare::scene::Scene;
+use crate::segment::prepare::take::take;
+use crate::segment::report::uncertainty::SAMPLE;
+
+/// A centre so many times further off than the points reach towards it is none that they lie around.
+const FAR: f64 = 10.0;
+
+/// A semi-axis is known to this share of it where the points tell an ellipse from a parabola.
+const KNOWN: f64 = 0.1;
+
+/// Which of the regions of a scene are pieces of another form: ellipses as good as parabolas, most of what was found.
+///
+/// Growth on a parabola, or on any profile that straightens out, ends in such shapes, another one wherever it starts.
+/// A true arc may be too short to tell as well, but it comes alone or with others that tell.
+///
+/// Where surfaces have a form error, that is what makes a far centre known.
+pub fn open(scene: &Scene, model: &Partition, groups: &[Vec<u32>], sigma: f64) -> Vec<bool> {
+    let look = |(s, g): (&Shape, &Vec<u32>)| {
+        if scene.cancelled() {
+            return (None, false);
+        }
+        let points = take(scene, g, SAMPLE);
+        let axis = far_axis(s, &points);
+        let known = axis.is_some_and(|k| !model.form_error && is_known(s, k, &points, sigma));
+        (axis.map(|_| points), axis.is_some() && !known)
+    };
+    let (far, open): (Vec<Option<Vec<Vec3>>>, Vec<bool>) =
+        model.shapes.par_iter().zip(groups).map(look).unzip();
+    let points: usize = groups.iter().map(Vec::len).sum();
+    let within: usize = groups.iter().zip(&open).filter(|g| *g.1).map(|g| g.0.len()).sum();
+    let several = model.form_error || open.iter().filter(|o| **o).count() > 1;
+    if several && 2 * within > points {
+        return open;
+    }
+    // Pieces of one quadric that is no ellipse.
+    let together: Vec<Vec3> = far.iter().flatten().flatten().copied().collect();
+    let pieces = far.iter().flatten().count() > 1 && one_quadric(&together, sigma).is_some();
+    far.iter().map(|f| f.is_some() && pieces).collect()
+}
+
+/// The semi-axis of an elliptic shape along which its centre lies far beyond its points, if any.
+fn far_axis(shape: &Shape, points: &[Vec3]) -> Option<usize> {
+    let axes = match shape.family {
+        Family::EllipticCylinder => 2,
+        Family::Ellipsoid => 3,
+        _ => return None,
+    };
+    (0..axes).find(|&k| {
+        let axis = shape.frame.column(k);
+        let along = points.iter().map(|p| (p - shape.origin).dot(&axis));
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = along.fold(ends, |(low, high), x| (low.min(x), high.max(x)));
+        (low + high).abs() > 2.0 * FAR * (high - low)
+    })
+}
+
+/// Whether points that scatter by `sigma` tell how long a semi-axis is.
+fn is_known(shape: &Shape, axis: usize, points: &[Vec3], sigma: f64) -> bool {
+    // The logarithms of the semi-axes are the last degrees of freedom.
+    let axes = if shape.family == Family::Ellipsoid { 3 } else { 2 };
+    let freedom = shape.family.dof() - axes + axis;
+    let variance = Spread::of(shape, points).covariance(sigma, 1.0)[(freedom, freedom)];
+    variance.is_finite() && variance.sqrt() < KNOWN
+}
+
+/// Semi-axes further apart than this many times are those of no ellipse.
+const PARABOLIC: f64 = 25.0;
+
+/// Whether an elliptic shape is so long that it is a parabola where its points lie: what growth makes of an edge
+/// with both its faces, or of a fillet beside its own.
+pub fn is_parabolic(shape: &Shape) -> bool {
+    shape.elongation() > PARABOLIC
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fits::Random;
+
+    /// Points within `x` of an elliptic cylinder with semi-axes `a` along x and `b` along y.
+    fn arc(a: f64, b: f64, x: [f64; 2], sigma: f64) -> bool {
+        let random = &mut Random::new(1);
+        let shape =
+            Shape::with_axis(Family::EllipticCylinder, Vec3::zeros(), Vec3::z(), [a, b, 0.0]);
+        let points: Vec<Vec3> = (0..3000)
+            .map(|k| {
+                let x = random.uniform(x[0], x[1]);
+                let side = f64::from(1 - 2 * (k % 2));
+                let y = side * b * (1.0 - (x / a).powi(2)).sqrt() + sigma * random.normal();
+                Vec3::from(shape.frame * Vec3::new(x, y, random.uniform(0.0, 50.0)))
+            })
+            .collect();
+        far_axis(&shape, &points).is_some_and(|k| !is_known(&shape, k, &points, sigma))
+    }
+
+    #[test]
+    fn the_tip_of_a_long_ellipse_is_open_unless_its_length_is_known() {
+        assert!(arc(2000.0, 200.0, [1950.0, 2000.0], 0.5));
+        assert!(!arc(2000.0, 200.0, [1950.0, 2000.0], 1e-4));
+    }
+
+    #[test]
+    fn arcs_of_ellipses_that_reach_towards_their_centre_are_not() {
+        for x in [[-40.0, 40.0], [0.0, 10.0], [30.0, 40.0]] {
+            assert!(!arc(40.0, 25.0, x, 0.05), "{x:?}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Whether growth ends with the same points wherever in them it starts.
+
+use rayon::prelude::*;
+
+use crate::segment::family::Families;
+use crate::segment::grow::hypothesis::{Hypothesis, grow};
+use crate::segment::grow::search::MIN_SUPPORT;
+use crate::segment::grow::walk::Walk;
+use crate::segment::partition::members;
+use crate::segment::prepare::scene::Scene;
+
+/// Growths from elsewhere in a set of points that tell whether it is a surface's.
+const REGROWN: usize = 5;
+
+/// How many of them must end up the same.
+const ALIKE: usize = 3;
+
+/// Common share of two supports that are the same.
+const SAME: f64 = 0.75;
+
+/// The hypotheses, those sound that are the same wherever they start.
+pub fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    found.par_iter_mut().for_each_init(
+        || Walk::new(scene.len()),
+        |walk, h| h.sound = is_stable(scene, walk, families, &h.support),
+    );
+    found
+}
+
+/// The regions of a scene with form errors that are no surfaces: growth from elsewhere in them ends
+/// elsewhere. They keep their points from flowing to their neighbours, and are not reported.
+pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
+    members(labels, regions)
+        .par_iter()
+        .map_init(
+            || Walk::new(scene.len()),
+            |walk, region| !is_stable(scene, walk, families, region),
+        )
+        .collect()
+}
+
+/// Whether most growths from elsewhere in a set of points end up with the same points.
+fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]) -> bool {
+    if points.len() < REGROWN || scene.cancelled() {
+        return false;
+    }
+    let mut own = points.to_vec();
+    own.sort_unstable();
+    let (mut alike, mut other) = (0, 0);
+    for k in 0..REGROWN {
+        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN)] as usize;
+        let grown = grow(scene, walk, families, seed, MIN_SUPPORT);
+        if grown.is_some_and(|h| common_share(&own, &h.support) > SAME) {
+            alike += 1;
+        } else {
+            other += 1;
+        }
+        if alike == ALIKE || other > REGROWN - ALIKE {
+            break;
+        }
+    }
+    alike == ALIKE
+}
+
+/// Points in both of two sets over those in either; `sorted` rises.
+fn common_share(sorted: &[u32], other: &[u32]) -> f64 {
+    let common = other.iter().filter(|i| sorted.binary_search(i).is_ok()).count();
+    common as f64 / (sorted.len() + other.len() - common) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Family;
+    use crate::geometry::Vec3;
+    use crate::segment::Parameters;
+    use crate::segment::family::Policy;
+    use crate::segment::random::SplitMix64;
+
+    #[test]
+    fn a_whole_face_is_a_surface_and_half_of_one_is_not() {
+        let random = &mut SplitMix64::new(3);
+        let mut unit = || random.below(1 << 30) as f64 / f64::from(1 << 30);
+        // two faces with a gap between them; of the second only one half has a region
+        let mut points: Vec<Vec3> =
+            (0..1200).map(|_| Vec3::new(10.0 * unit(), 10.0 * unit(), 0.01 * unit())).collect();
+        points.extend(
+            (0..1200).map(|_| Vec3::new(30.0 + 10.0 * unit(), 10.0 * unit(), 0.01 * unit())),
+        );
+        let side = |p: &Vec3| match p.x {
+            x if x < 20.0 => 0,
+            x if x < 35.0 => 1,
+            _ => -1,
+        };
+        let labels: Vec<i32> = points.iter().map(side).collect();
+        let sigma = 0.003;
+        let families = Families {
+            allowed: Family::ALL.to_vec(),
+            sigma,
+            floor: sigma,
+            max_radius: 1e3,
+            strips: true,
+            policy: Policy::of(&Parameters::default()),
+        };
+        assert_eq!(spurious(&Scene::new(points), &families, &labels, 2), [false, true]);
+    }
+
+    #[test]
+    fn the_common_share_is_that_of_both_in_either() {
+        assert_eq!(common_share(&[1, 2, 3, 4], &[4, 3, 9, 8]), 2.0 / 6.0);
+        assert_eq!(common_share(&[1, 2], &[2, 1]), 1.0);
+    }
+}

@@ -1,0 +1,10 @@
+//! Labels: which surface each point belongs to.
+
+pub mod around;
+pub mod asked;
+pub mod between;
+pub mod energy;
+pub mod labelling;
+pub mod relabel;
+pub mod shares;
+pub mod spread;

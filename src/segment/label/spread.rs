@@ -1,0 +1,207 @@
+//! From a sample's labels to every point's.
+//!
+//! Sample and cloud share one Morton order, so the points between two neighbours of the sample lie
+//! beside them: their candidates are the labels around those two. Where one candidate is near, the point takes
+//! it at once; only points near several surfaces look at their neighbours.
+
+use crate::segment::label::around::CHUNK;
+use crate::segment::label::between::WATCHED;
+use kiddo::SquaredEuclidean;
+use rayon::prelude::*;
+
+use crate::fit::Ruler;
+use crate::geometry::Vec3;
+use crate::segment::label::around::Around;
+use crate::segment::label::between::{Between, nearest, nearest_of_sample, tree};
+use crate::segment::label::shares::Labelled;
+use crate::segment::objective::ACCEPT;
+use crate::segment::partition::Partition;
+use crate::segment::prepare::place::place;
+use crate::segment::prepare::scene::Scene;
+use crate::segment::{Cancelled, Monitor};
+
+/// Labels `points` (in Morton order) from the model of a sample of them; sample point k is point
+/// k * points / sample.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn spread(
+    points: &[Vec3],
+    scene: &Scene,
+    model: &Partition,
+    sigma: f64,
+    monitor: &dyn Monitor,
+) -> Result<Labelled, Cancelled> {
+    let around = Around::of(scene, &model.labels);
+    monitor.check()?;
+    let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
+    let inverse = 1.0 / (sigma * sigma);
+    let mut labels = vec![-1; points.len()];
+    let open: Vec<Open> = labels
+        .par_chunks_mut(CHUNK)
+        .enumerate()
+        .map(|(c, labels)| {
+            if monitor.cancelled() {
+                return Open::default();
+            }
+            let mut nearest = Nearest { rulers: &rulers, inverse, first: c * CHUNK, labels };
+            nearest.label(points, &around)
+        })
+        .collect();
+    monitor.check()?;
+    let several: Vec<u32> = open.iter().flat_map(|o| o.several.iter().copied()).collect();
+    let none: Vec<u32> = open.iter().flat_map(|o| o.none.iter().copied()).collect();
+    second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
+    monitor.check()?;
+    // With a form error the nearest points all tell the same: those of the sample are asked.
+    let near = if model.form_error {
+        for (k, &l) in model.labels.iter().enumerate() {
+            labels[place(k, scene.len(), points.len())] = l;
+        }
+        nearest_of_sample(points, scene, &several, monitor)
+    } else {
+        nearest(points, &several, monitor)
+    };
+    let between =
+        Between { points, rulers: &rulers, labels: &labels, several: &several, near, inverse };
+    let placed = between.placed(monitor);
+    monitor.check()?;
+    let mut shares = Vec::new();
+    for (&i, (l, share)) in several.iter().zip(placed) {
+        labels[i as usize] = l;
+        if share.len() > 1 {
+            shares.push((i, share));
+        }
+    }
+    Ok(Labelled { labels, shares })
+}
+
+/// Points of a chunk that are near several surfaces, and those near none.
+#[derive(Default)]
+struct Open {
+    several: Vec<u32>,
+    none: Vec<u32>,
+}
+
+/// Labels of a chunk of points by the nearest surface.
+struct Nearest<'a> {
+    rulers: &'a [Ruler],
+    inverse: f64,
+    /// The place of the chunk's first point.
+    first: usize,
+    labels: &'a mut [i32],
+}
+
+impl Nearest<'_> {
+    /// Labels the chunk, one stretch between two points of the sample after the other.
+    fn label(&mut self, points: &[Vec3], around: &Around) -> Open {
+        let (n, m) = (points.len(), around.len());
+        let (mut from, end) = (self.first, self.first + self.labels.len());
+        let mut open = Open::default();
+        let mut candidates = Vec::new();
+        let mut scratch = Scratch::default();
+        while from < end {
+            let q = (from * m / n).min(m - 1);
+            let to = if q + 1 < m { ((q + 1) * n).div_ceil(m).min(end) } else { end };
+            around.beside(q, &mut candidates);
+            self.label_stretch(&points[from..to], from, &candidates, &mut scratch, &mut open);
+            from = to;
+        }
+        open
+    }
+
+    fn label_stretch(
+        &mut self,
+        points: &[Vec3],
+        from: usize,
+        candidates: &[i32],
+        scratch: &mut Scratch,
+        open: &mut Open,
+    ) {
+        let n = points.len();
+        let labels = &mut self.labels[from - self.first..][..n];
+        let (d, best, near) = scratch.cleared(n);
+        for &l in candidates {
+            self.rulers[l as usize].distances(points, d);
+            for k in 0..n {
+                let sq = d[k] * d[k] * self.inverse;
+                let within = sq <= ACCEPT * ACCEPT;
+                near[k] += u32::from(within);
+                if within && sq < best[k] {
+                    best[k] = sq;
+                    labels[k] = l;
+                }
+            }
+        }
+        for (i, near) in (from as u32..).zip(near) {
+            match near {
+                0 => open.none.push(i),
+                1 => {}
+                _ => open.several.push(i),
+            }
+        }
+    }
+}
+
+/// Memory for one stretch, used again for the next.
+#[derive(Default)]
+struct Scratch {
+    distances: Vec<f64>,
+    best: Vec<f64>,
+    near: Vec<u32>,
+}
+
+impl Scratch {
+    fn cleared(&mut self, n: usize) -> (&mut [f64], &mut [f64], &mut [u32]) {
+        self.distances.resize(n.max(self.distances.len()), 0.0);
+        self.best.clear();
+        self.best.resize(n, f64::INFINITY);
+        self.near.clear();
+        self.near.resize(n, 0);
+        (&mut self.distances[..n], &mut self.best, &mut self.near)
+    }
+}
+
+/// Points near none of their stretch's candidates look at those of the sample points nearest in space:
+/// the curve jumps now and then.
+fn second_look(
+    points: &[Vec3],
+    scene: &Scene,
+    rulers: &[Ruler],
+    around: &Around,
+    none: &[u32],
+    labels: &mut [i32],
+    inverse: f64,
+) {
+    if none.is_empty() {
+        return;
+    }
+    let Some(tree) = tree(scene) else { return };
+    let found: Vec<i32> = none
+        .par_iter()
+        .with_min_len(256)
+        .with_max_len(WATCHED)
+        .map_init(
+            || scene.cancelled(),
+            |cancelled, &i| {
+                if *cancelled {
+                    return -1;
+                }
+                let p = &points[i as usize];
+                let nearest =
+                    tree.query(&[p.x, p.y, p.z]).nearest_one::<SquaredEuclidean<f64>>().execute();
+                let mut best = (ACCEPT * ACCEPT, -1);
+                for &l in around.at(nearest.item as usize) {
+                    let r = rulers[l as usize].distance(p).powi(2) * inverse;
+                    if r <= best.0 {
+                        best = (r, l);
+                    }
+                }
+                best.1
+            },
+        )
+        .collect();
+    for (&i, l) in none.iter().zip(found) {
+        labels[i as usize] = l;
+    }
+}

@@ -1,0 +1,53 @@
+//! Putting the best family in the place of a surface's own.
+
+use rayon::prelude::*;
+
+use crate::fit::starts::Patch;
+use crate::fit::{Family, Shape};
+use crate::geometry::Vec3;
+use crate::segment::family::Families;
+use crate::segment::partition::{Partition, members, put_in};
+use crate::segment::prepare::scene::Scene;
+use crate::segment::prepare::take::{take, take_core};
+
+/// Puts each region's best family in, judged on its core.
+pub fn retype(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
+    let groups = members(&model.labels, model.shapes.len());
+    let labels = &model.labels;
+    let next: Vec<Option<Shape>> = model
+        .shapes
+        .par_iter()
+        .zip(&groups)
+        .enumerate()
+        .map(|(l, (s, g))| {
+            if scene.cancelled() {
+                return None;
+            }
+            let (points, normals) = take_core(scene, labels, g, l as i32, 2000);
+            let worth = worth_trying(families, s, &points)?;
+            let all = worth.each(&Patch { points: &points, normals: &normals }, &[*s]);
+            let best = all.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+            let whole = take(scene, g, 600);
+            let sound = families.score(best.shape, &whole).chi2 < SOUND * whole.len() as f64;
+            (best.shape.family != s.family && sound).then_some(best.shape)
+        })
+        .collect();
+    put_in(&mut model.shapes, next)
+}
+
+/// The families to try for points that `shape` may explain already: then only those that cost less, if any.
+fn worth_trying(families: &Families, shape: &Shape, points: &[Vec3]) -> Option<Families> {
+    let mut worth = families.clone();
+    if families.explains(&families.score(*shape, points), points.len()) {
+        let length = |family: Family| family.description_length(points.len());
+        let own = length(shape.family);
+        worth.allowed.retain(|f| *f == shape.family || length(*f) < own);
+        if worth.allowed.iter().all(|f| *f == shape.family) {
+            return None;
+        }
+    }
+    Some(worth)
+}
+
+/// Mean truncated chi2 above which a surface does not describe a set of points.
+pub const SOUND: f64 = 3.0;

@@ -1,0 +1,132 @@
+//! A scene cut into regions: the surfaces found and the label of each point.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::fit::Shape;
+use crate::segment::prepare::scene::Scene;
+
+/// The surfaces found in a scene and the label of each of its points.
+#[derive(Clone, Debug, Default)]
+pub struct Partition {
+    /// Surfaces; a label is an index here.
+    pub shapes: Vec<Shape>,
+    /// One label a point, -1 = none.
+    pub labels: Vec<i32>,
+    /// Which of the surfaces only compete for points; empty where none.
+    pub spurious: Vec<bool>,
+    /// Whether surfaces have a form error above the noise.
+    pub form_error: bool,
+    /// Scatter that labels were given with where there is a form error; else nought.
+    pub allowed: f64,
+    /// Seeds tried, and how many of them failed.
+    pub trials: (usize, usize),
+    /// Regions joined to another.
+    pub merges: usize,
+}
+
+impl Partition {
+    /// Whether a label is a surface's that is reported as one.
+    pub fn is_surface(&self, label: i32) -> bool {
+        label >= 0 && !self.spurious.get(label as usize).is_some_and(|s| *s)
+    }
+
+    /// Share of the points that surfaces explain.
+    pub fn explained(&self) -> f64 {
+        let n = self.labels.iter().filter(|&&l| self.is_surface(l)).count();
+        n as f64 / self.labels.len().max(1) as f64
+    }
+}
+
+/// Drops regions below `min_points`, or whose points are mostly explained by others.
+pub fn prune(model: &mut Partition, min_points: usize) -> bool {
+    let mut count = vec![0usize; model.shapes.len()];
+    for &l in &model.labels {
+        if l >= 0 {
+            count[l as usize] += 1;
+        }
+    }
+    let keep: Vec<bool> = count.iter().map(|&c| c >= min_points).collect();
+    retain(model, &keep)
+}
+
+/// Keeps the regions that `keep` says and renumbers labels. Returns whether any went.
+pub fn retain(model: &mut Partition, keep: &[bool]) -> bool {
+    if keep.iter().all(|k| *k) {
+        return false;
+    }
+    let mut to = vec![-1i32; keep.len()];
+    let mut next = 0;
+    for (t, k) in to.iter_mut().zip(keep) {
+        if *k {
+            *t = next;
+            next += 1;
+        }
+    }
+    let mut it = keep.iter();
+    model.shapes.retain(|_| *it.next().unwrap_or(&false));
+    for l in &mut model.labels {
+        if *l >= 0 {
+            *l = to[*l as usize];
+        }
+    }
+    true
+}
+
+/// Puts the new shapes in the place of the old ones. Returns how many there are.
+pub fn put_in(shapes: &mut [Shape], next: Vec<Option<Shape>>) -> usize {
+    let changed = next.iter().flatten().count();
+    for (s, n) in shapes.iter_mut().zip(next) {
+        *s = n.unwrap_or(*s);
+    }
+    changed
+}
+
+/// Pairs of labels that meet along a border, each with how many graph edges cross it.
+pub fn borders(scene: &Scene, labels: &[i32]) -> BTreeMap<(usize, usize), usize> {
+    let crossing = |mut out: BTreeMap<_, _>, i: usize| {
+        let l = labels[i];
+        if l >= 0 {
+            for &j in scene.neighbours(i) {
+                let m = labels[j as usize];
+                if m >= 0 && m != l {
+                    *out.entry((l.min(m) as usize, l.max(m) as usize)).or_insert(0) += 1;
+                }
+            }
+        }
+        out
+    };
+    let sum = |mut all: BTreeMap<_, _>, part: BTreeMap<_, _>| {
+        part.into_iter().for_each(|(pair, n)| *all.entry(pair).or_insert(0) += n);
+        all
+    };
+    (0..labels.len())
+        .into_par_iter()
+        .with_min_len(2048)
+        .fold(BTreeMap::new, crossing)
+        .reduce(BTreeMap::new, sum)
+}
+
+/// Points of each label, in scene order.
+pub fn members(labels: &[i32], regions: usize) -> Vec<Vec<u32>> {
+    let mut out = vec![Vec::new(); regions];
+    for (i, &l) in labels.iter().enumerate() {
+        if l >= 0 {
+            out[l as usize].push(i as u32);
+        }
+    }
+    out
+}
+
+pub fn neighbours_of(
+    touching: &BTreeMap<(usize, usize), usize>,
+    regions: usize,
+) -> Vec<Vec<usize>> {
+    let mut out = vec![Vec::new(); regions];
+    for &(a, b) in touching.keys() {
+        out[a].push(b);
+        out[b].push(a);
+    }
+    out
+}

@@ -1,0 +1,163 @@
+//! The noise of a cloud, from the scatter about local graph quadrics.
+
+use crate::segment::prepare::residuals::{SAMPLE, WATCHED, quartile};
+use rayon::prelude::*;
+
+use crate::segment::prepare::candidates::K;
+use crate::segment::prepare::residuals::{
+    SEVENTH, least_distances, residual_variance, robust_estimate,
+};
+use crate::segment::prepare::scene::Scene;
+
+/// Median roughness above which points fill a volume (1/3 in an even filling).
+pub const VOLUME: f32 = 0.12;
+
+/// Whether the points fill a volume: neighbourhoods are as thick as wide, and the noise, a good part of the
+/// spacing, grows with it when the cloud is thinned, as no noise of a surface does.
+pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
+    if scene.len() < 8 * 4 * K || !is_thick(scene, sigma) {
+        return false;
+    }
+    let thin = scene.part(scene.points.iter().step_by(8).copied().collect());
+    own_estimate(&thin) > 1.5 * sigma
+}
+
+/// A coordinate that comes in steps has at least this many, with this many points each.
+const LEAST_STEPS: usize = 50;
+
+const POINTS_A_STEP: usize = 20;
+
+/// One point in so many stays each time that a cloud is thinned, and how many must.
+const THINNING: usize = 4;
+
+const LEAST_THINNED: usize = 4 * 4 * K;
+
+/// Growth of the estimate by thinning from which on neighbourhoods still lie within the noise. In a volume it is
+/// that of the spacing, 1.6.
+const GROWN: f64 = 1.2;
+
+/// The 25 % quantile of chi2 with 10 degrees of freedom, over 10.
+const CHI2_10_QUARTER: f64 = 0.6737;
+
+/// Standard deviation of the points' noise along their normals.
+///
+/// At each of a sample of points a graph quadric is fitted to 16 points in two passes (the second in
+/// the re-tilted frame); the lower quartile of the residual variances stands for the smooth part of
+/// the cloud.
+///
+/// On thin sheets, where a neighbourhood mixes both sides, quadrics read the wall for noise: a robust
+/// plane through part of the neighbourhood is tried as well, and believed when it is four times smaller. Not
+/// where depths are whole steps of an instrument: a robust plane sees one step and nothing else.
+///
+/// Where the points lie so dense that 16 of them reach no further than the noise, they all lie in it: see
+/// [`thinned_estimate`].
+pub fn estimate(scene: &Scene) -> f64 {
+    let sigma = own_estimate(scene);
+    if is_thick(scene, sigma) { thinned_estimate(scene, sigma) } else { sigma }
+}
+
+/// Whether neighbourhoods are as thick as wide, and `sigma` a good part of the spacing.
+pub fn is_thick(scene: &Scene, sigma: f64) -> bool {
+    sigma >= 0.15 * scene.spacing && scene.median_roughness(0..scene.len() as u32) >= VOLUME
+}
+
+/// The noise of a scene whose neighbourhoods, `sigma` thick, are as thick as wide, from ever fewer of its points:
+/// the estimate grows until neighbourhoods reach beyond the noise. In a volume it grows without end; then `sigma`.
+fn thinned_estimate(scene: &Scene, sigma: f64) -> f64 {
+    let mut last = sigma;
+    let mut points = scene.points.clone();
+    while points.len() >= THINNING * LEAST_THINNED {
+        points = points.iter().step_by(THINNING).copied().collect();
+        let thin = scene.part(points);
+        let next = own_estimate(&thin);
+        if next < GROWN * last {
+            return next.max(last);
+        }
+        (last, points) = (next, thin.points);
+    }
+    sigma
+}
+
+/// [`estimate`] from the points as dense as they are.
+pub fn own_estimate(scene: &Scene) -> f64 {
+    let smooth = smooth_estimate(scene);
+    let robust = robust_estimate(scene, smooth / 4.0);
+    if robust * 4.0 < smooth && !comes_in_steps(scene, smooth) {
+        // Where half of a neighbourhood is the other side's, the eighth is often its own side's last.
+        quartile(least_distances(scene, 1, SEVENTH, smooth / 4.0))
+    } else {
+        smooth
+    }
+}
+
+/// Whether one coordinate takes few values (many points for each of many), an even step apart that is about
+/// what `scatter` comes to.
+fn comes_in_steps(scene: &Scene, scatter: f64) -> bool {
+    (0..3).any(|k| {
+        let mut values: Vec<f64> = scene.points.iter().map(|p| p[k]).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let mut steps: Vec<f64> =
+            values.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 1e-6 * scatter).collect();
+        if steps.len() < LEAST_STEPS || steps.len() * POINTS_A_STEP > values.len() {
+            return false;
+        }
+        let mid = steps.len() / 2;
+        let step = *steps.select_nth_unstable_by(mid, f64::total_cmp).1;
+        (0.05..2.0).contains(&(scatter / step))
+    })
+}
+
+fn smooth_estimate(scene: &Scene) -> f64 {
+    let n = scene.len();
+    let stride = n.div_ceil(SAMPLE);
+    let v: Vec<f64> = (0..n)
+        .into_par_iter()
+        .step_by(stride)
+        .filter(|i| !(i / stride).is_multiple_of(WATCHED) || !scene.cancelled())
+        .filter_map(|i| residual_variance(scene, i))
+        .collect();
+    if v.is_empty() {
+        return 0.0;
+    }
+    (quartile(v) / CHI2_10_QUARTER).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec3;
+    use crate::segment::random::SplitMix64;
+
+    #[test]
+    fn depths_in_whole_steps_scatter_by_the_step() {
+        let random = &mut SplitMix64::new(4);
+        let mut unit = || random.below(1 << 30) as f64 / f64::from(1 << 30);
+        // steep enough that a neighbourhood sees several steps, as of a depth camera
+        let points = (0..20_000).map(|_| {
+            let (x, y) = (150.0 * unit(), 150.0 * unit());
+            Vec3::new(x, y, (0.6 * x + 0.2 * y).round())
+        });
+        let sigma = estimate(&Scene::new(points.collect()));
+        // a step of 1 has a standard deviation of 0.29, less by the slope
+        assert!((0.1..0.5).contains(&sigma), "{sigma}");
+    }
+
+    #[test]
+    fn the_sides_of_a_thin_sheet_do_not_count_as_noise() {
+        for exact in [true, false] {
+            let noise = if exact { 0.0 } else { 0.03 };
+            let random = &mut SplitMix64::new(5);
+            let mut unit = || random.below(1 << 30) as f64 / f64::from(1 << 30);
+            // Both sides are nearer to each other than the points of one: half of a neighbourhood is the other's.
+            let points: Vec<Vec3> = (0..8000)
+                .map(|k| {
+                    let (x, y) = (180.0 * unit(), 180.0 * unit());
+                    let scatter: f64 = (0..12).map(|_| unit()).sum::<f64>() - 6.0;
+                    Vec3::new(x, y, f64::from(k % 2) * 2.0 + noise * scatter)
+                })
+                .collect();
+            let sigma = estimate(&Scene::new(points));
+            assert!(sigma <= 4.0 * noise + 1e-9 && sigma >= 0.5 * noise, "{noise}: {sigma}");
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The points a discovery works on, with their neighbours, normals and noise.
+
+use rayon::prelude::*;
+
+use crate::geometry::Vec3;
+use crate::segment::prepare::candidates::K;
+use crate::segment::prepare::nearest::{Runs, Search};
+use crate::segment::prepare::normals::{consensus_normal, normal_of};
+use crate::segment::{Cancelled, Monitor};
+
+/// Points worked on at once; fixed, so that the result does not depend on the number of threads.
+const CHUNK: usize = 512;
+
+/// Distinct points in Morton order with the graph of their nearest neighbours.
+pub struct Scene<'a> {
+    /// The points, relative to the cloud's centre.
+    pub points: Vec<Vec3>,
+    /// A unit normal of each point's neighbourhood; its sign means nothing.
+    pub normals: Vec<Vec3>,
+    /// How rough each neighbourhood is: the smallest eigenvalue's share of the scatter.
+    pub roughness: Vec<f32>,
+    /// `K` neighbours of each point, nearest first.
+    neighbours: Vec<u32>,
+    /// Median distance to the fourth neighbour.
+    pub spacing: f64,
+    /// Who may cancel the work on it.
+    monitor: &'a dyn Monitor,
+}
+
+impl<'a> Scene<'a> {
+    /// The scene that nobody cancels.
+    #[cfg(test)]
+    pub fn new(points: Vec<Vec3>) -> Self {
+        Self::built(points, &crate::segment::Silent)
+    }
+
+    /// Builds the graph and the normals of points in Morton order. At least one point.
+    ///
+    /// # Errors
+    /// `monitor` cancelled the work.
+    pub fn watched(points: Vec<Vec3>, monitor: &'a dyn Monitor) -> Result<Self, Cancelled> {
+        let scene = Self::built(points, monitor);
+        monitor.check().map(|()| scene)
+    }
+
+    /// The scene; half of one where `monitor` cancels meanwhile.
+    fn built(points: Vec<Vec3>, monitor: &'a dyn Monitor) -> Self {
+        let n = points.len();
+        let mut neighbours = vec![0u32; n * K];
+        let mut normals = vec![Vec3::z(); n];
+        let mut roughness = vec![0f32; n];
+        let mut fourth = vec![0f64; n];
+        let runs = Runs::of(&points);
+        neighbours
+            .par_chunks_mut(K * CHUNK)
+            .zip(normals.par_chunks_mut(CHUNK))
+            .zip(roughness.par_chunks_mut(CHUNK))
+            .zip(fourth.par_chunks_mut(CHUNK))
+            .enumerate()
+            .for_each(|(c, (((neighbours, normals), roughness), fourth))| {
+                if monitor.cancelled() {
+                    return;
+                }
+                let mut search = Search::default();
+                for (k, out) in neighbours.chunks_mut(K).enumerate() {
+                    let i = c * CHUNK + k;
+                    let (near, sq) = runs.nearest(i, &mut search);
+                    // Where there are too few points, a point stands for its missing neighbours.
+                    for (out, j) in out.iter_mut().zip(near) {
+                        *out = if j == u32::MAX { i as u32 } else { j };
+                    }
+                    fourth[k] = if sq.is_finite() { sq.sqrt() } else { 0.0 };
+                    (normals[k], roughness[k]) = normal_of(&points, i, out);
+                }
+            });
+        let mid = n / 2;
+        let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
+        Self { points, normals, roughness, neighbours, spacing, monitor }
+    }
+
+    /// The scene of some other points, watched by the same monitor; half of one where it cancels.
+    pub fn part(&self, points: Vec<Vec3>) -> Self {
+        Self::built(points, self.monitor)
+    }
+
+    /// Whether the work on the scene is to stop. Loops over points, regions or pairs of them ask it every few
+    /// milliseconds and then leave off: what they return is worth nothing, and whoever has the monitor asks next.
+    #[inline]
+    pub fn cancelled(&self) -> bool {
+        self.monitor.cancelled()
+    }
+
+    /// Replaces normals of rough neighbourhoods (edges, thin walls), where a plane through the point and two
+    /// neighbours holds at least seven neighbours within three sigmas, by that plane's.
+    pub fn sharpen_normals(&mut self, sigma: f64) {
+        let sq_limit = 9.0 * sigma * sigma;
+        let next: Vec<(Vec3, f32)> = (0..self.len())
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|i| {
+                let old = (self.normals[i], self.roughness[i]);
+                if i % CHUNK == 0 && self.cancelled() {
+                    return old;
+                }
+                let p = self.points[i];
+                let mut q = [Vec3::zeros(); K];
+                let mut sum = 0.0;
+                for (q, &j) in q.iter_mut().zip(self.neighbours(i)) {
+                    *q = self.points[j as usize] - p;
+                    sum += q.norm_squared();
+                }
+                if f64::from(old.1) * sum < 4.0 * sq_limit {
+                    return old;
+                }
+                if self.has_even_chords(i, &q, sq_limit) {
+                    return old;
+                }
+                consensus_normal(&q, 3.0 * sigma).map_or(old, |v| (v, 0.0))
+            })
+            .collect();
+        for (i, (v, r)) in next.into_iter().enumerate() {
+            self.normals[i] = v;
+            self.roughness[i] = r;
+        }
+    }
+
+    /// Whether a neighbourhood is smooth, curved as it may be: on a quadratic surface the chord to each neighbour,
+    /// here `q`, is at right angles to the mean of both normals.
+    fn has_even_chords(&self, i: usize, q: &[Vec3; K], sq_limit: f64) -> bool {
+        let normal = self.normals[i];
+        let mut sum = 0.0;
+        for (q, &j) in q.iter().zip(self.neighbours(i)) {
+            let other = self.normals[j as usize];
+            let mean = 0.5 * (normal + other * normal.dot(&other).signum());
+            sum += mean.dot(q).powi(2);
+        }
+        sum < K as f64 * sq_limit
+    }
+
+    /// The neighbours of point `i`, nearest first.
+    #[inline]
+    pub fn neighbours(&self, i: usize) -> &[u32] {
+        &self.neighbours[i * K..(i + 1) * K]
+    }
+
+    /// Median roughness of the neighbourhoods of some points, at least one.
+    pub fn median_roughness(&self, points: impl Iterator<Item = u32>) -> f32 {
+        let mut rough: Vec<f32> = points.map(|i| self.roughness[i as usize]).collect();
+        let mid = rough.len() / 2;
+        *rough.select_nth_unstable_by(mid, f32::total_cmp).1
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_few_points_stand_for_their_missing_neighbours() {
+        for n in 1..20_u32 {
+            let points = (0..n).map(|k| Vec3::new(f64::from(k), 0.0, 0.0)).collect();
+            let scene = Scene::new(points);
+            for i in 0..scene.len() {
+                let near = scene.neighbours(i);
+                let own = near.iter().filter(|j| **j as usize == i).count();
+                assert_eq!(own, (K + 1).saturating_sub(scene.len()));
+            }
+            assert!(scene.spacing.is_finite());
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! Writing down what was found.
+
+pub mod allowed;
+pub mod constraints;
+pub mod evidence;
+pub mod joints;
+pub mod known;
+pub mod motion;
+pub mod pieces;
+pub mod reasons;
+pub mod tally;
+pub mod uncertainty;
+
+use crate::segment::report::tally::CHUNK;
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::fit::Family;
+use crate::geometry::Vec3;
+use crate::segment::equation::Equations;
+use crate::segment::finish::others;
+use crate::segment::finish::others::{Other, asked_for};
+use crate::segment::found::Found;
+use crate::segment::partition::members;
+use crate::segment::prepare::place::place;
+use crate::segment::report::constraints::{Candidate, enforce, most_rms};
+use crate::segment::report::joints::{Scale, joints};
+use crate::segment::report::known::{Joint, Known};
+use crate::segment::report::reasons::{Reason, explain};
+use crate::segment::report::tally::{Scatter, extent_of, tallies};
+use crate::segment::{Cancelled, Monitor, Parameters, Region, Segmentation, Unassigned};
+
+/// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn report(
+    parameters: &Parameters,
+    found: Found,
+    monitor: &dyn Monitor,
+) -> Result<Segmentation, Cancelled> {
+    let points = &found.points;
+    let density = points.len() as f64 / found.scene.len() as f64;
+    let spacing = found.scene.spacing / density.sqrt();
+    let (candidates, mut free) = candidates(&found, asked_for(parameters));
+    let resolved = resolved(parameters, &found);
+    let most_rms = most_rms(parameters, found.rounding);
+    let (kept, mut reasons) = enforce(points, candidates, &resolved, most_rms, monitor);
+    let mut labels = labels(&kept, points.len());
+    monitor.check()?;
+    let mut others = Vec::new();
+    if asked_for(parameters) {
+        others = others::others(points, &free, spacing, found.noise, parameters, monitor);
+        others.retain(|o| o.rms(points) <= most_rms);
+        others.truncate(parameters.max_regions.saturating_sub(kept.len()));
+        for (k, other) in others.iter().enumerate() {
+            other.members.iter().for_each(|&i| labels[i as usize] = (kept.len() + k) as i32);
+        }
+        free.retain(|&i| labels[i as usize] < 0);
+    }
+    let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
+    for (reason, n) in explain(&left, spacing, parameters.min_points, monitor) {
+        *reasons.entry(reason).or_insert(0) += n;
+    }
+    monitor.check()?;
+    let tallies = tallies(points, &labels, &kept, monitor);
+    monitor.check()?;
+    let known: Vec<Known> =
+        kept.par_iter().zip(&tallies).filter_map(|(c, t)| Known::of(c, t, &found)).collect();
+    monitor.check()?;
+    let joints = touching(&known, &labels, &found, density);
+    monitor.check()?;
+    let first = known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
+    let further =
+        others.iter().enumerate().filter_map(|(k, o)| of_other_type(known.len() + k, o, &found));
+    let mut regions: Vec<Region> = first.chain(further).collect();
+    let labels = in_cloud_order(&labels, &found.places);
+    count_points(&mut regions, &labels);
+    Ok(Segmentation {
+        regions,
+        unassigned: unassigned(&labels, reasons),
+        labels,
+        parameters: resolved,
+        counters: found.counters,
+    })
+}
+
+fn in_cloud_order(labels: &[i32], places: &[u32]) -> Vec<i32> {
+    places.par_iter().with_min_len(CHUNK).map(|&k| labels[k as usize]).collect()
+}
+
+/// Copies of a point count as points of its region, though the fit saw it once.
+fn count_points(regions: &mut [Region], labels: &[i32]) {
+    let mut counts = vec![0; regions.iter().map(|r| r.id + 1).max().unwrap_or(0)];
+    for &l in labels {
+        if let Some(c) = usize::try_from(l).ok().and_then(|l| counts.get_mut(l)) {
+            *c += 1;
+        }
+    }
+    for r in regions {
+        r.point_count = counts[r.id];
+    }
+}
+
+/// Surfaces with their points, and the points without one; those of tori are free too where other
+/// quadrics than the default ones may lie there.
+fn candidates(found: &Found, free_tori: bool) -> (Vec<Candidate>, Vec<u32>) {
+    let groups = members(&found.labels, found.shapes.len());
+    let (mut out, mut free) = (Vec::new(), Vec::new());
+    for (&shape, members) in found.shapes.iter().zip(groups) {
+        if free_tori && shape.family == Family::Torus {
+            free.extend(members);
+        } else {
+            out.push(Candidate { shape, members, rejected: 0 });
+        }
+    }
+    free.extend((0..found.labels.len() as u32).filter(|&i| found.labels[i as usize] < 0));
+    free.sort_unstable();
+    (out, free)
+}
+
+/// The region of a quadric that has no engineering parameters here.
+fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
+    let points: Vec<Vec3> = other.members.iter().map(|&i| found.points[i as usize]).collect();
+    let mut scatter = Scatter::default();
+    points.iter().for_each(|p| scatter.add(other.quadric.distance(p)));
+    let (centre, extent) = (found.centre, extent_of(&points, &found.centre)?);
+    let far = other.quadric.moved_to(&-centre);
+    let local = |o: &Vec3| other.quadric.moved_to(&(o - centre));
+    let equations = Equations::of(&far, local, &extent, points.len(), |k| points[k] + centre);
+    Some(Region {
+        id,
+        surface_type: other.surface_type,
+        point_count: points.len(),
+        coefficients: equations.coefficients,
+        coefficients_scale: equations.coefficients_scale,
+        coefficients_error: equations.coefficients_error,
+        local_origin: equations.local_origin,
+        local_coefficients: equations.local_coefficients,
+        surface: None,
+        uncertainty: None,
+        fit: scatter.fit(points.len(), 0),
+        evidence: None,
+        extent: Some(extent),
+        neighbours: Vec::new(),
+    })
+}
+
+fn labels(kept: &[Candidate], n: usize) -> Vec<i32> {
+    let mut labels = vec![-1; n];
+    for (id, candidate) in kept.iter().enumerate() {
+        candidate.members.iter().for_each(|&i| labels[i as usize] = id as i32);
+    }
+    labels
+}
+
+fn unassigned(labels: &[i32], reasons: BTreeMap<Reason, usize>) -> Unassigned {
+    let count = labels.iter().filter(|l| **l < 0).count();
+    let distinct: usize = reasons.values().sum();
+    let mut reasons = reasons;
+    if count > distinct {
+        reasons.insert(Reason::Duplicate, count - distinct);
+    }
+    let named = reasons.into_iter().filter(|(_, n)| *n > 0).map(|(r, n)| (r.name(), n));
+    Unassigned { count, reasons: named.collect() }
+}
+
+/// The parameters as used; the tolerance allows for a form error that was found.
+fn resolved(parameters: &Parameters, found: &Found) -> Parameters {
+    Parameters {
+        noise_sigma: Some(parameters.noise_sigma.unwrap_or(found.noise)),
+        tolerance: Some(parameters.tolerance.unwrap_or(found.reach)),
+        ..parameters.clone()
+    }
+}
+
+fn touching(known: &[Known], labels: &[i32], found: &Found, density: f64) -> Vec<Joint> {
+    let (m, n) = (found.scene.len(), labels.len());
+    let of_scene: Vec<i32> = (0..m).map(|k| labels[place(k, m, n)]).collect();
+    joints(&found.scene, &of_scene, known, &Scale { sigma: found.noise, density })
+}

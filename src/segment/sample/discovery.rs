@@ -1,0 +1,107 @@
+//! What was found on a sample.
+
+use crate::fit::Family;
+use crate::geometry::Vec3;
+use crate::segment::discover::loose;
+use crate::segment::family::{Families, MOST_RADIUS, MOST_RADIUS_OF_FORM, Policy};
+use crate::segment::judge::{breadth, strays};
+use crate::segment::label::{shares, spread};
+use crate::segment::partition::Partition;
+use crate::segment::prepare::noise;
+use crate::segment::prepare::place::place;
+use crate::segment::prepare::scene::Scene;
+use crate::segment::{Cancelled, Monitor, Parameters, SegmentError, Stage, discover, objective};
+
+/// How far points reach from the cloud's centre.
+fn extent(points: &[Vec3]) -> f64 {
+    points.iter().map(|p| p.norm()).fold(0.0, f64::max)
+}
+
+/// The rounding of coordinates of single precision.
+pub fn rounding(points: &[Vec3]) -> f64 {
+    5e-8 * extent(points)
+}
+
+/// What was found on a sample.
+pub struct Discovery<'a> {
+    pub scene: Scene<'a>,
+    pub model: Partition,
+    /// Scatter about the surfaces that was reckoned with: noise, and form error where it is allowed.
+    pub sigma: f64,
+    pub noise: f64,
+}
+
+impl Discovery<'_> {
+    /// What the labels of `n` points reckon with.
+    pub fn scatter(&self, n: usize) -> f64 {
+        // Those of a sample's own points stay as they were given where it is all there is.
+        if self.scene.len() == n { self.noise.max(self.model.allowed) } else { self.noise }
+    }
+}
+
+/// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
+/// only where `bare_noise`, that of the points without it, is given.
+pub fn discover<'a>(
+    points: &[Vec3],
+    limit: usize,
+    bare_noise: Option<f64>,
+    parameters: &Parameters,
+    monitor: &'a dyn Monitor,
+) -> Result<Discovery<'a>, SegmentError> {
+    let n = points.len();
+    let m = n.min(limit);
+    let taken = (0..m).map(|k| points[place(k, m, n)]).collect();
+    let mut scene = Scene::watched(taken, monitor)?;
+    let extent = extent(&scene.points);
+    let rounding = rounding(&scene.points);
+    let estimate = noise::estimate(&scene);
+    let noise = parameters.noise_sigma.or(bare_noise).unwrap_or(estimate).max(rounding);
+    monitor.check()?;
+    // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
+    let allowed = parameters.tolerance.map_or(0.0, |t| t / objective::ACCEPT);
+    let sigma = noise.max(allowed);
+    let floor = if parameters.noise_sigma.is_some() { sigma } else { allowed.max(rounding) };
+    scene.sharpen_normals(sigma);
+    monitor.check()?;
+    let mut families = Families {
+        allowed: Family::ALL.to_vec(),
+        sigma,
+        max_radius: extent * if bare_noise.is_some() { MOST_RADIUS_OF_FORM } else { MOST_RADIUS },
+        floor,
+        strips: bare_noise.is_none(),
+        policy: Policy::of(parameters),
+    };
+    monitor.progress(Stage::Grow, 0.1);
+    let mut model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
+        Partition { labels: vec![-1; m], ..Partition::default() }
+    } else if bare_noise.is_some() {
+        loose::discover_with_form_error(&scene, &mut families, estimate, parameters, monitor)?
+    } else {
+        discover::discover(&scene, &mut families, parameters, monitor)?
+    };
+    let sigma = families.sigma;
+    breadth::mark(&scene, &mut model, sigma);
+    monitor.check()?;
+    Ok(Discovery { scene, model, sigma, noise: if allowed > noise { noise } else { sigma } })
+}
+
+pub fn label_all(
+    points: &[Vec3],
+    scene: &Scene,
+    model: &Partition,
+    sigma: f64,
+    monitor: &dyn Monitor,
+) -> Result<shares::Labelled, Cancelled> {
+    if scene.len() == points.len() {
+        let mut shares = shares::shares(scene, model, sigma);
+        monitor.check()?;
+        let mut labels = model.labels.clone();
+        for i in strays::strays(scene, &labels) {
+            labels[i as usize] = -1;
+        }
+        shares.retain(|(i, _)| labels[*i as usize] >= 0);
+        Ok(shares::Labelled { labels, shares })
+    } else {
+        spread::spread(points, scene, model, sigma, monitor)
+    }
+}
