@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::fit::Shape;
+use crate::segment::label::changes::Changes;
+use crate::segment::moves::memo::Memo;
 use crate::segment::prepare::scene::Scene;
 
 /// The surfaces found in a scene and the label of each of its points.
@@ -24,12 +26,21 @@ pub struct Partition {
     pub trials: (usize, usize),
     /// Regions joined to another.
     pub merges: usize,
+    /// What has changed since labels last settled.
+    pub changes: Changes,
+    /// Moves that gained nothing.
+    pub vain: Memo,
 }
 
 impl Partition {
     /// Whether a label is a surface's that is reported as one.
     pub fn is_surface(&self, label: i32) -> bool {
         label >= 0 && !self.spurious.get(label as usize).is_some_and(|s| *s)
+    }
+
+    /// Notes what has changed. Returns how many labels have.
+    pub fn note(&mut self, scene: &Scene, sigma: f64) -> usize {
+        self.changes.note(scene, &self.shapes, &self.labels, sigma)
     }
 
     /// Share of the points that surfaces explain.
@@ -71,6 +82,7 @@ pub fn retain(model: &mut Partition, keep: &[bool]) -> bool {
             *l = to[*l as usize];
         }
     }
+    model.changes.renumber(&to);
     true
 }
 
@@ -119,6 +131,18 @@ pub fn members(labels: &[i32], regions: usize) -> Vec<Vec<u32>> {
     out
 }
 
+/// The same of the regions `wanted` alone.
+pub fn members_of(labels: &[i32], wanted: &[bool]) -> Vec<Vec<u32>> {
+    let mut out = vec![Vec::new(); wanted.len()];
+    for (i, &l) in labels.iter().enumerate() {
+        if l >= 0 && wanted[l as usize] {
+            out[l as usize].push(i as u32);
+        }
+    }
+    out
+}
+
+/// The regions that each one touches.
 pub fn neighbours_of(
     touching: &BTreeMap<(usize, usize), usize>,
     regions: usize,

@@ -66,8 +66,8 @@ impl Energies {
             if met.len < 2 || parting * width * width > SHARP || met.margin() > ENOUGH {
                 break;
             }
-            let asked = asked.get_or_insert_with(|| Asked::of(of.neighbours(i)));
-            met.ask(of, asked.widen(of, i), SMOOTH_CUT);
+            let asked = asked.get_or_insert_with(|| Asked::of(i, of.neighbours(i)));
+            met.ask(of, asked.widen(of), SMOOTH_CUT);
         }
         met.energies()
     }

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
+use crate::segment::label::changes::BLOCK;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::labelling::Labelling;
 use crate::segment::objective::ACCEPT;
@@ -49,24 +50,28 @@ const WATCHED: u32 = 256;
 /// Relabels points beside a boundary until none changes, at most `sweeps` times. Returns the changes
 /// of the last sweep.
 ///
-/// Most points lie inside a region, where there is nothing to choose: one look at all of them finds the others.
+/// Most points lie inside a region, where there is nothing to choose: one look at those of the `open` blocks finds
+/// the others.
 pub fn relabel(
     scene: &Scene,
     shapes: &[Shape],
     labels: &mut [i32],
     sigma: f64,
     sweeps: usize,
+    open: &[usize],
 ) -> usize {
     let inverse = 1.0 / (sigma * sigma);
     let n = scene.len();
     let rulers: Vec<Ruler> = shapes.iter().map(Ruler::of).collect();
     let frozen: &[i32] = labels;
-    let of = SceneLabels { scene, rulers: &rulers, labels: frozen, inverse };
-    let mut active: Vec<u32> = (0..n as u32)
-        .into_par_iter()
-        .with_min_len(4096)
-        .filter(|&i| {
-            (i % WATCHED != 0 || !scene.cancelled()) && best_label(&of, i) != frozen[i as usize]
+    let of = &SceneLabels { scene, rulers: &rulers, labels: frozen, inverse };
+    let mut active: Vec<u32> = open
+        .par_iter()
+        .with_min_len(8)
+        .flat_map_iter(|&b| {
+            let cancelled = scene.cancelled();
+            let block = (b * BLOCK) as u32..n.min((b + 1) * BLOCK) as u32;
+            block.filter(move |&i| !cancelled && best_label(of, i) != frozen[i as usize])
         })
         .collect();
     let mut queued = vec![false; n];

@@ -1,5 +1,7 @@
 //! Joining regions that are one surface.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use crate::fit::least_squares::{Options, fit};
@@ -8,6 +10,7 @@ use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::median::median;
 use crate::segment::moves::directions::{Directions, asked};
+use crate::segment::moves::memo::{Key, Memo, Move};
 use crate::segment::moves::retype::SOUND;
 use crate::segment::objective::BORDER;
 use crate::segment::partition::{Partition, borders, members, retain};
@@ -24,105 +27,150 @@ pub fn merge(scene: &Scene, model: &mut Partition, families: &Families) -> usize
     if !families.policy.merge {
         return 0;
     }
-    let sigma = families.sigma;
-    let inverse = 1.0 / (sigma * sigma);
     let mut merges = 0;
     loop {
         if scene.cancelled() {
             return merges;
         }
-        let groups = members(&model.labels, model.shapes.len());
-        let samples: Vec<Vec<Vec3>> = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
-        let m = model.shapes.len();
-        let touching = borders(scene, &model.labels);
-        let mut pairs = Vec::new();
-        for a in 0..m {
-            for b in a + 1..m {
-                if samples[a].is_empty() || samples[b].is_empty() {
-                    continue;
-                }
-                if model.shapes[a].family == model.shapes[b].family
-                    || touching.contains_key(&(a, b))
-                {
-                    pairs.push((a, b));
-                }
-            }
-        }
-        let cost = |s: &Shape, p: &[Vec3]| -> f64 { Ruler::of(s).truncated(p, inverse, 16.0) };
-        let sound = |s: &Shape, p: &[Vec3]| cost(s, p) <= SOUND * p.len() as f64;
-        let directions = Directions::of(scene, &model.shapes, &groups);
-        let mut found: Vec<(f64, usize, usize, Shape)> = pairs
-            .par_iter()
-            .filter_map(|&(a, b)| {
-                if scene.cancelled() {
-                    return None;
-                }
-                let (sa, sb) = (&model.shapes[a], &model.shapes[b]);
-                if sa.family == sb.family && !could_be_one(sa, sb, &samples[a], &samples[b]) {
-                    return None;
-                }
-                let points: Vec<Vec3> = samples[a].iter().chain(&samples[b]).copied().collect();
-                let needed = asked(&points, groups[a].len() + groups[b].len());
-                let length = |s: &Shape, p: &[Vec3]| match s.family {
-                    Family::Plane => directions.length(s, p, needed, families),
-                    family => family.description_length(points.len()),
-                };
-                let alone = |k: usize| {
-                    let (s, p) = (&model.shapes[k], &samples[k]);
-                    cost(s, p) + length(s, p)
-                };
-                let share = points.len() as f64 / (groups[a].len() + groups[b].len()) as f64;
-                let edges = touching.get(&(a, b)).map_or(0.0, |n| *n as f64);
-                let apart = alone(a) + alone(b) + BORDER * edges * share;
-                let mut best: Option<(f64, Shape)> = None;
-                if sa.family == Family::Plane && sb.family == Family::Plane {
-                    best = directions
-                        .plane(&points, &sa.w(), needed, families)
-                        .filter(|(s, _)| sound(s, &samples[a]) && sound(s, &samples[b]))
-                        .map(|(s, c)| (c, s));
-                }
-                for s in [sa, sb] {
-                    // A surface that misses most of the other's points is no start for both.
-                    let other = if std::ptr::eq(s, sa) { &samples[b] } else { &samples[a] };
-                    if sa.family != sb.family && cost(s, other) > 8.0 * other.len() as f64 {
-                        continue;
-                    }
-                    let o = Options { cauchy: Some(4.0 * sigma), steps: 20, tolerance: 1e-4 };
-                    let Some(f) = fit(s, &points, None, &o) else { continue };
-                    // Both halves must lie on it: a region whose own surface is poor saves nothing.
-                    if !sound(&f.shape, &samples[a]) || !sound(&f.shape, &samples[b]) {
-                        continue;
-                    }
-                    let c = cost(&f.shape, &points) + length(&f.shape, &points);
-                    if best.is_none_or(|b| c < b.0) {
-                        best = Some((c, f.shape));
-                    }
-                }
-                let (joint, shape) = best?;
-                (joint < apart).then_some((joint - apart, a, b, shape))
-            })
-            .collect();
-        found.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-        let mut used = vec![false; m];
-        let mut keep = vec![true; m];
-        for (_, a, b, shape) in found {
-            if used[a] || used[b] {
-                continue;
-            }
-            used[a] = true;
-            used[b] = true;
-            keep[b] = false;
-            model.shapes[a] = shape;
-            for l in &mut model.labels {
-                if *l == b as i32 {
-                    *l = a as i32;
-                }
-            }
-            merges += 1;
-        }
-        if !retain(model, &keep) {
+        model.note(scene, families.sigma);
+        let pairs = Pairs::of(scene, model, families);
+        let open = pairs.open();
+        let keys = open.iter().map(|&(a, b)| Memo::key(&model.changes, Move::Merge, a, [b]));
+        let keys: Vec<Option<Key>> = keys.collect();
+        let tried = |(&(a, b), key): (&(usize, usize), &Option<Key>)| {
+            let skipped = model.vain.is_vain(key.as_ref()) || scene.cancelled();
+            if skipped { None } else { pairs.joint(a, b) }
+        };
+        let tried: Vec<Option<Joint>> = open.par_iter().zip(&keys).map(tried).collect();
+        let vain = keys.into_iter().zip(&tried).filter(|(_, t)| t.is_none());
+        model.vain.add(vain.filter_map(|(key, _)| key));
+        let mut found: Vec<Joint> = tried.into_iter().flatten().collect();
+        found.sort_by(|x, y| x.saved.total_cmp(&y.saved).then(x.pair.cmp(&y.pair)));
+        let joined = join(model, &found);
+        if joined == 0 {
             return merges;
         }
+        merges += joined;
+    }
+}
+
+/// One surface for two regions.
+struct Joint {
+    /// What it costs more than the two.
+    saved: f64,
+    pair: (usize, usize),
+    shape: Shape,
+}
+
+/// Joins pairs of regions in the order given, each region once. Returns how many went.
+fn join(model: &mut Partition, found: &[Joint]) -> usize {
+    let mut to: Vec<i32> = (0..model.shapes.len() as i32).collect();
+    let mut used = vec![false; to.len()];
+    let mut joined = 0;
+    for Joint { pair: (a, b), shape, .. } in found {
+        if used[*a] || used[*b] {
+            continue;
+        }
+        (used[*a], used[*b]) = (true, true);
+        to[*b] = *a as i32;
+        model.shapes[*a] = *shape;
+        joined += 1;
+    }
+    if joined > 0 {
+        for l in model.labels.iter_mut().filter(|l| **l >= 0) {
+            *l = to[*l as usize];
+        }
+        let keep: Vec<bool> = to.iter().enumerate().map(|(k, t)| k as i32 == *t).collect();
+        retain(model, &keep);
+    }
+    joined
+}
+
+/// The regions of a partition, two at a time.
+struct Pairs<'a> {
+    shapes: &'a [Shape],
+    groups: Vec<Vec<u32>>,
+    samples: Vec<Vec<Vec3>>,
+    touching: BTreeMap<(usize, usize), usize>,
+    directions: Directions,
+    families: &'a Families,
+    inverse: f64,
+}
+
+impl<'a> Pairs<'a> {
+    fn of(scene: &Scene, model: &'a Partition, families: &'a Families) -> Self {
+        let shapes = &model.shapes[..];
+        let groups = members(&model.labels, shapes.len());
+        let samples = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
+        let touching = borders(scene, &model.labels);
+        let directions = Directions::of(scene, shapes, &groups);
+        let inverse = 1.0 / (families.sigma * families.sigma);
+        Self { shapes, groups, samples, touching, directions, families, inverse }
+    }
+
+    /// Those that may be one surface.
+    fn open(&self) -> Vec<(usize, usize)> {
+        let m = self.shapes.len();
+        let all = (0..m).flat_map(|a| (a + 1..m).map(move |b| (a, b)));
+        all.filter(|&(a, b)| {
+            !self.samples[a].is_empty()
+                && !self.samples[b].is_empty()
+                && (self.shapes[a].family == self.shapes[b].family
+                    || self.touching.contains_key(&(a, b)))
+        })
+        .collect()
+    }
+
+    fn cost(&self, s: &Shape, points: &[Vec3]) -> f64 {
+        Ruler::of(s).truncated(points, self.inverse, 16.0)
+    }
+
+    fn is_sound(&self, s: &Shape, points: &[Vec3]) -> bool {
+        self.cost(s, points) <= SOUND * points.len() as f64
+    }
+
+    /// One surface for two regions, where it costs less than theirs.
+    fn joint(&self, a: usize, b: usize) -> Option<Joint> {
+        let Self { samples, groups, .. } = self;
+        let (sa, sb) = (&self.shapes[a], &self.shapes[b]);
+        if sa.family == sb.family && !could_be_one(sa, sb, &samples[a], &samples[b]) {
+            return None;
+        }
+        let points: Vec<Vec3> = samples[a].iter().chain(&samples[b]).copied().collect();
+        let needed = asked(&points, groups[a].len() + groups[b].len());
+        let length = |s: &Shape, p: &[Vec3]| match s.family {
+            Family::Plane => self.directions.length(s, p, needed, self.families),
+            family => family.description_length(points.len()),
+        };
+        let alone = |k: usize| {
+            let (s, p) = (&self.shapes[k], &samples[k]);
+            self.cost(s, p) + length(s, p)
+        };
+        let share = points.len() as f64 / (groups[a].len() + groups[b].len()) as f64;
+        let edges = self.touching.get(&(a, b)).map_or(0.0, |n| *n as f64);
+        let apart = alone(a) + alone(b) + BORDER * edges * share;
+        // Both halves must lie on it: a region whose own surface is poor saves nothing.
+        let sound = |s: &Shape| self.is_sound(s, &samples[a]) && self.is_sound(s, &samples[b]);
+        let mut best: Option<(f64, Shape)> = None;
+        if sa.family == Family::Plane && sb.family == Family::Plane {
+            let parallel = self.directions.plane(&points, &sa.w(), needed, self.families);
+            best = parallel.filter(|(s, _)| sound(s)).map(|(s, c)| (c, s));
+        }
+        for (s, other) in [(sa, &samples[b]), (sb, &samples[a])] {
+            // A surface that misses most of the other's points is no start for both.
+            if sa.family != sb.family && self.cost(s, other) > 8.0 * other.len() as f64 {
+                continue;
+            }
+            let cauchy = Some(4.0 * self.families.sigma);
+            let o = Options { cauchy, steps: 20, tolerance: 1e-4 };
+            let Some(f) = fit(s, &points, None, &o).filter(|f| sound(&f.shape)) else { continue };
+            let c = self.cost(&f.shape, &points) + length(&f.shape, &points);
+            if best.is_none_or(|b| c < b.0) {
+                best = Some((c, f.shape));
+            }
+        }
+        let (joint, shape) = best?;
+        (joint < apart).then_some(Joint { saved: joint - apart, pair: (a, b), shape })
     }
 }
 

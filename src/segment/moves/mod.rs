@@ -3,6 +3,7 @@
 pub mod adopt;
 pub mod directions;
 pub mod joint;
+pub mod memo;
 pub mod merge;
 pub mod pieces;
 pub mod planes;

@@ -4,6 +4,7 @@ use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::moves::directions::{Directions, asked};
+use crate::segment::moves::memo::{Memo, Move};
 use crate::segment::objective::{SURFACE, UNASSIGNED};
 use crate::segment::partition::{Partition, borders, members, neighbours_of, retain};
 use crate::segment::prepare::scene::Scene;
@@ -12,6 +13,7 @@ use crate::segment::prepare::take::take;
 /// Takes out every region whose points its neighbours explain more cheaply than it does, counting
 /// what the surface itself costs. Smallest regions first. Returns how many went.
 pub fn remove_needless(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
+    model.note(scene, families.sigma);
     let inverse = 1.0 / (families.sigma * families.sigma);
     // A surface elsewhere that explains a region is the same surface: whether they join is the user's choice.
     let elsewhere = families.policy.merge;
@@ -24,6 +26,10 @@ pub fn remove_needless(scene: &Scene, model: &mut Partition, families: &Families
     for b in order {
         if scene.cancelled() {
             return 0;
+        }
+        let key = Memo::key(&model.changes, Move::Remove, b, around[b].iter().copied());
+        if model.vain.is_vain(key.as_ref()) {
+            continue;
         }
         let s = model.shapes[b];
         let n = groups[b].len();
@@ -48,6 +54,8 @@ pub fn remove_needless(scene: &Scene, model: &mut Partition, families: &Families
             for (&i, l) in groups[b].iter().zip(moved) {
                 model.labels[i as usize] = l;
             }
+        } else {
+            model.vain.add(key);
         }
     }
     let gone = keep.iter().filter(|k| !**k).count();

@@ -6,6 +6,7 @@ use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
+use crate::segment::moves::memo::{Key, Memo, Move};
 use crate::segment::partition::{Partition, members, put_in};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::{take, take_core};
@@ -14,13 +15,15 @@ use crate::segment::prepare::take::{take, take_core};
 pub fn retype(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
     let groups = members(&model.labels, model.shapes.len());
     let labels = &model.labels;
+    let keys: Vec<Option<Key>> =
+        (0..groups.len()).map(|l| Memo::key(&model.changes, Move::Retype, l, [])).collect();
     let next: Vec<Option<Shape>> = model
         .shapes
         .par_iter()
         .zip(&groups)
         .enumerate()
         .map(|(l, (s, g))| {
-            if scene.cancelled() {
+            if scene.cancelled() || model.vain.is_vain(keys[l].as_ref()) {
                 return None;
             }
             let (points, normals) = take_core(scene, labels, g, l as i32, 2000);
@@ -32,6 +35,7 @@ pub fn retype(scene: &Scene, model: &mut Partition, families: &Families) -> usiz
             (best.shape.family != s.family && sound).then_some(best.shape)
         })
         .collect();
+    model.vain.add(keys.into_iter().zip(&next).filter(|(_, n)| n.is_none()).filter_map(|(k, _)| k));
     put_in(&mut model.shapes, next)
 }
 

@@ -2,40 +2,70 @@
 
 use rayon::prelude::*;
 
-use crate::fit::Shape;
 use crate::fit::least_squares::{Options, fit};
+use crate::fit::{Ruler, Shape};
+use crate::geometry::Vec3;
 use crate::segment::label::relabel::relabel;
-use crate::segment::partition::{Partition, members};
+use crate::segment::partition::{Partition, members_of};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
-fn refit(scene: &Scene, shapes: &mut [Shape], labels: &[i32], sigma: f64, limit: usize) {
-    let groups = members(labels, shapes.len());
-    shapes.par_iter_mut().zip(&groups).for_each(|(s, g)| {
+/// Points of a region that a fit looks at.
+const SAMPLE: usize = 4000;
+/// Sweeps of one relabelling.
+const SWEEPS: usize = 12;
+/// One label in so many that changes is none: a few points beside borders.
+const STILL: usize = 2000;
+/// Sigmas within which a surface that is fitted anew is the same: hardly a label depends on so little.
+const SAME: f64 = 0.02;
+/// Points that tell whether it is.
+const LOOK: usize = 64;
+
+/// Relabels and refits until few labels change. What neither labels nor surfaces have changed beside since the last
+/// time is not looked at.
+pub fn settle(scene: &Scene, model: &mut Partition, sigma: f64, rounds: usize) {
+    if model.changes.is_other_noise(sigma) {
+        model.vain.clear();
+    }
+    for _ in 0..rounds {
         if scene.cancelled() {
             return;
         }
-        let points = take(scene, g, limit);
-        if let Some(f) =
-            fit(s, &points, None, &Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-6 })
+        model.note(scene, sigma);
+        let open = model.changes.take_open();
+        relabel(scene, &model.shapes, &mut model.labels, sigma, SWEEPS, &open);
+        let turned = model.note(scene, sigma);
+        refit(scene, model, sigma);
+        if turned * STILL <= scene.len() {
+            break;
+        }
+    }
+    model.note(scene, sigma);
+}
+
+/// Fits the surfaces of the regions that have changed.
+fn refit(scene: &Scene, model: &mut Partition, sigma: f64) {
+    let changed = model.changes.take_changed();
+    let groups = members_of(&model.labels, &changed);
+    model.shapes.par_iter_mut().zip(&groups).filter(|(_, g)| !g.is_empty()).for_each(|(s, g)| {
+        if scene.cancelled() {
+            return;
+        }
+        let points = take(scene, g, SAMPLE);
+        let options = Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-6 };
+        if let Some(f) = fit(s, &points, None, &options)
+            && is_another(s, &f.shape, &points, sigma)
         {
             *s = f.shape;
         }
     });
 }
 
-/// Relabels and refits until few labels change.
-pub fn settle(scene: &Scene, model: &mut Partition, sigma: f64, rounds: usize) {
-    for _ in 0..rounds {
-        if scene.cancelled() {
-            break;
-        }
-        let before = model.labels.clone();
-        relabel(scene, &model.shapes, &mut model.labels, sigma, 12);
-        refit(scene, &mut model.shapes, &model.labels, sigma, 4000);
-        let changed = before.iter().zip(&model.labels).filter(|(a, b)| a != b).count();
-        if changed * 2000 <= scene.len() {
-            break;
-        }
-    }
+/// Whether two surfaces differ where some points lie.
+fn is_another(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
+    let [a, b] = [a, b].map(Ruler::of);
+    points
+        .iter()
+        .step_by(points.len().div_ceil(LOOK).max(1))
+        .any(|p| (a.distance(p) - b.distance(p)).abs() > SAME * sigma)
 }

@@ -9,6 +9,7 @@ use crate::fit::starts::Patch;
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
+use crate::segment::moves::memo::{Key, Memo, Move};
 use crate::segment::moves::trial::{Place, Trial};
 use crate::segment::partition::{Partition, borders, members, neighbours_of, put_in};
 use crate::segment::prepare::scene::Scene;
@@ -17,9 +18,13 @@ use crate::segment::prepare::take::take_core;
 /// Tries other families in each region's place and keeps the one with the least energy. Returns how many
 /// regions changed family.
 pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
+    model.note(scene, families.sigma);
     let groups = members(&model.labels, model.shapes.len());
     let around = neighbours_of(&borders(scene, &model.labels), model.shapes.len());
     let frozen: &Partition = model;
+    let keys: Vec<Option<Key>> = (0..groups.len())
+        .map(|r| Memo::key(&frozen.changes, Move::Swap, r, around[r].iter().copied()))
+        .collect();
     let rulers: Vec<Ruler> = frozen.shapes.iter().map(Ruler::of).collect();
     let next: Vec<Option<Shape>> = (0..frozen.shapes.len())
         .into_par_iter()
@@ -27,7 +32,8 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
             || vec![0u32; scene.len()],
             |slot, r| {
                 let current = frozen.shapes[r];
-                if groups[r].len() < 20 || scene.cancelled() {
+                let vain = frozen.vain.is_vain(keys[r].as_ref());
+                if vain || groups[r].len() < 20 || scene.cancelled() {
                     return None;
                 }
                 let candidates = candidates(scene, frozen, families, &groups[r], r);
@@ -50,6 +56,7 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
             },
         )
         .collect();
+    model.vain.add(keys.into_iter().zip(&next).filter(|(_, n)| n.is_none()).filter_map(|(k, _)| k));
     put_in(&mut model.shapes, next)
 }
 

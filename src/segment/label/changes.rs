@@ -1,0 +1,221 @@
+//! What has changed since labels were last looked at, and which regions are still what they were.
+
+use rayon::prelude::*;
+
+use crate::fit::Shape;
+use crate::segment::prepare::scene::Scene;
+
+/// Points of a block: fixed, so that the result does not depend on the number of threads.
+pub const BLOCK: usize = 128;
+/// Share of its points that a region may win or lose and still be the same to whoever judges its surface: a
+/// decision that so few points turn is none.
+const SAME_POINTS: f64 = 0.01;
+/// The same for the noise: squares in its units change by twice that.
+const SAME_NOISE: f64 = 0.02;
+
+/// Keeps account of changes in a partition's surfaces and labels.
+///
+/// Points are watched in blocks. Where no label has changed within or beside a block, nor the surface of any label met
+/// there, every label in it is still the best. Each region has a revision, a number that no other ever had, which
+/// changes with its surface or with more than a few of its points: what was tried with regions of the same revisions
+/// would turn out the same.
+#[derive(Clone, Debug, Default)]
+pub struct Changes {
+    sigma: f64,
+    shapes: Vec<Shape>,
+    labels: Vec<i32>,
+    /// The labels met by the points of each block, their own and their neighbours'.
+    met: Vec<Vec<i32>>,
+    /// Blocks to look at.
+    open: Vec<bool>,
+    /// Regions whose surface or points have changed.
+    regions: Vec<Region>,
+    last: u64,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Region {
+    revision: u64,
+    /// Whether its surface or points have changed since it was last fitted.
+    changed: bool,
+    /// Points won and lost since it got its revision.
+    turned: usize,
+    count: usize,
+}
+
+impl Changes {
+    /// Renumbers labels as the partition's are: `to` says which label each becomes, -1 = none.
+    pub fn renumber(&mut self, to: &[i32]) {
+        let known = self.shapes.len();
+        let kept = |k: usize| to.get(k).is_some_and(|t| *t >= 0);
+        let mut k = 0;
+        self.shapes.retain(|_| (kept(k), k += 1).0);
+        k = 0;
+        self.regions.retain(|_| (kept(k), k += 1).0);
+        let renumber = |l: &mut i32| {
+            if *l >= 0 {
+                *l = if (*l as usize) < known { to[*l as usize] } else { -1 };
+            }
+        };
+        self.labels.iter_mut().for_each(renumber);
+        self.met.iter_mut().flatten().for_each(renumber);
+    }
+
+    /// Whether `sigma` is another noise than that of what was noted.
+    pub fn is_other_noise(&self, sigma: f64) -> bool {
+        (sigma - self.sigma).abs() > SAME_NOISE * self.sigma
+    }
+
+    /// Notes the surfaces and labels of a scene as they are now. Returns how many labels have changed.
+    pub fn note(&mut self, scene: &Scene, shapes: &[Shape], labels: &[i32], sigma: f64) -> usize {
+        let (n, blocks) = (scene.len(), scene.len().div_ceil(BLOCK));
+        if self.labels.len() != n || self.is_other_noise(sigma) {
+            let last = self.last;
+            *self = Self { sigma, last, open: vec![true; blocks], ..Self::default() };
+            self.met = vec![Vec::new(); blocks];
+            self.labels = vec![-1; n];
+        }
+        self.regions.truncate(shapes.len());
+        self.regions.resize(shapes.len(), Region::default());
+        let moved: Vec<bool> =
+            shapes.iter().enumerate().map(|(l, s)| self.shapes.get(l) != Some(s)).collect();
+        self.shapes.clear();
+        self.shapes.extend_from_slice(shapes);
+        let turned = self.turn(scene, labels);
+        for (open, met) in self.open.iter_mut().zip(&self.met) {
+            *open |= met.iter().any(|&l| l < 0 || moved.get(l as usize).is_none_or(|m| *m));
+        }
+        for (r, moved) in self.regions.iter_mut().zip(moved) {
+            r.changed |= moved;
+            if moved || r.turned as f64 > SAME_POINTS * r.count as f64 {
+                self.last += 1;
+                (r.revision, r.turned) = (self.last, 0);
+            }
+        }
+        self.meet(scene);
+        turned
+    }
+
+    /// Takes over labels, opens the blocks where they have changed and counts the changes of each region.
+    fn turn(&mut self, scene: &Scene, labels: &[i32]) -> usize {
+        let mut turned = 0;
+        for (i, (&now, before)) in labels.iter().zip(&mut self.labels).enumerate() {
+            if now == *before {
+                continue;
+            }
+            turned += 1;
+            for (l, more) in [(now, true), (*before, false)] {
+                if let Some(r) = usize::try_from(l).ok().and_then(|l| self.regions.get_mut(l)) {
+                    r.changed = true;
+                    r.turned += 1;
+                    r.count = if more { r.count + 1 } else { r.count.saturating_sub(1) };
+                }
+            }
+            *before = now;
+            self.open[i / BLOCK] = true;
+            for &j in scene.neighbours(i) {
+                self.open[j as usize / BLOCK] = true;
+            }
+        }
+        turned
+    }
+
+    /// Notes anew which labels the open blocks meet.
+    fn meet(&mut self, scene: &Scene) {
+        let labels = &self.labels;
+        let open = self.met.par_iter_mut().zip(&self.open).enumerate().filter(|(_, (_, o))| **o);
+        open.for_each(|(b, (met, _))| {
+            met.clear();
+            let mut last = -1;
+            for i in b * BLOCK..labels.len().min((b + 1) * BLOCK) {
+                let near = scene.neighbours(i).iter().map(|&j| labels[j as usize]);
+                for l in near.chain([labels[i]]) {
+                    // mostly one after the other are the same
+                    if l != last && l >= 0 && !met.contains(&l) {
+                        met.push(l);
+                    }
+                    last = l;
+                }
+            }
+        });
+    }
+
+    /// The blocks to look at, which are then looked at.
+    pub fn take_open(&mut self) -> Vec<usize> {
+        let open = (0..self.open.len()).filter(|&b| self.open[b]).collect();
+        self.open.fill(false);
+        open
+    }
+
+    /// Which regions have changed since they were last fitted; now they are.
+    pub fn take_changed(&mut self) -> Vec<bool> {
+        self.regions.iter_mut().map(|r| std::mem::take(&mut r.changed)).collect()
+    }
+
+    /// The revision of a region; none where it is newer than the last note.
+    pub fn revision(&self, region: usize) -> Option<u64> {
+        self.regions.get(region).map(|r| r.revision)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Family;
+    use crate::geometry::Vec3;
+
+    /// Two halves of a square sheet, in rows of blocks.
+    fn halves() -> (Scene<'static>, Vec<Shape>, Vec<i32>) {
+        let points: Vec<Vec3> =
+            (0..64 * 64).map(|k| Vec3::new((k / 64) as f64, (k % 64) as f64, 0.0)).collect();
+        let labels = points.iter().map(|p| i32::from(p.x > 31.5)).collect();
+        let plane =
+            |z| Shape::with_axis(Family::Plane, Vec3::new(0.0, 0.0, z), Vec3::z(), [0.0; 3]);
+        (Scene::new(points), vec![plane(0.0), plane(0.1)], labels)
+    }
+
+    #[test]
+    fn what_has_not_changed_is_not_open_and_keeps_its_revision() {
+        let (scene, mut shapes, mut labels) = halves();
+        let mut changes = Changes::default();
+        assert_eq!(changes.note(&scene, &shapes, &labels, 1.0), labels.len());
+        assert_eq!(changes.take_open().len(), 32);
+        assert_eq!(changes.take_changed(), [true, true]);
+        let revisions = [0, 1].map(|r| changes.revision(r));
+        assert!(revisions[0] != revisions[1] && revisions[0].is_some());
+        assert_eq!(changes.note(&scene, &shapes, &labels, 1.001), 0);
+        assert_eq!((changes.take_open().len(), changes.take_changed()), (0, vec![false; 2]));
+        assert_eq!([0, 1].map(|r| changes.revision(r)), revisions);
+        // one label: its block and those beside, and both regions, which are still the same to judges
+        labels[0] = 1;
+        assert_eq!(changes.note(&scene, &shapes, &labels, 1.0), 1);
+        assert!((1..4).contains(&changes.take_open().len()));
+        assert_eq!(changes.take_changed(), [true, true]);
+        assert_eq!([0, 1].map(|r| changes.revision(r)), revisions);
+        // a surface: all that meet it
+        shapes[1].origin.z = 0.2;
+        changes.note(&scene, &shapes, &labels, 1.0);
+        assert!((16..20).contains(&changes.take_open().len()));
+        assert_eq!(changes.take_changed(), [false, true]);
+        assert!(changes.revision(0) == revisions[0] && changes.revision(1) != revisions[1]);
+        // another noise: everything
+        changes.note(&scene, &shapes, &labels, 1.1);
+        assert_eq!(changes.take_open().len(), 32);
+    }
+
+    #[test]
+    fn a_region_that_goes_leaves_the_others_as_they_are() {
+        let (scene, mut shapes, mut labels) = halves();
+        let mut changes = Changes::default();
+        changes.note(&scene, &shapes, &labels, 1.0);
+        changes.take_open();
+        let revision = changes.revision(1);
+        shapes.remove(0);
+        labels.iter_mut().for_each(|l| *l -= 1);
+        changes.renumber(&[-1, 0]);
+        assert_eq!(changes.note(&scene, &shapes, &labels, 1.0), 0);
+        assert_eq!((changes.revision(0), changes.revision(1)), (revision, None));
+        // what met the one that went
+        assert!((16..20).contains(&changes.take_open().len()));
+    }
+}

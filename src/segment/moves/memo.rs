@@ -1,0 +1,59 @@
+//! What was tried before, without gain.
+
+use std::collections::HashSet;
+
+use crate::segment::label::changes::Changes;
+
+/// A kind of move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Move {
+    /// Another family for one region.
+    Retype,
+    /// Another family for one region, judged with those around it.
+    Swap,
+    /// One surface for two regions.
+    Merge,
+    /// None for a region that others explain.
+    Remove,
+}
+
+/// Moves that gained nothing, by the revisions of the regions that they were tried on.
+#[derive(Clone, Debug, Default)]
+pub struct Memo {
+    vain: HashSet<(Move, Box<[u64]>)>,
+}
+
+/// A move on regions as they are.
+pub type Key = (Move, Box<[u64]>);
+
+impl Memo {
+    /// What a move on some regions is remembered by: the first of them, and the others in whatever order. `None`
+    /// where one has no revision yet.
+    pub fn key(
+        changes: &Changes,
+        kind: Move,
+        region: usize,
+        others: impl IntoIterator<Item = usize>,
+    ) -> Option<Key> {
+        let others: Option<Vec<u64>> = others.into_iter().map(|r| changes.revision(r)).collect();
+        let (mut all, first) = (others?, changes.revision(region)?);
+        all.sort_unstable();
+        all.insert(0, first);
+        Some((kind, all.into()))
+    }
+
+    /// Whether a move was tried in vain.
+    pub fn is_vain(&self, key: Option<&Key>) -> bool {
+        key.is_some_and(|k| self.vain.contains(k))
+    }
+
+    /// Remembers moves that gained nothing.
+    pub fn add(&mut self, keys: impl IntoIterator<Item = Key>) {
+        self.vain.extend(keys);
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.vain.clear();
+    }
+}
