@@ -8,10 +8,10 @@ use crate::geometry::Vec3;
 use crate::segment::label::relabel::relabel;
 use crate::segment::partition::{Partition, members_of};
 use crate::segment::prepare::scene::Scene;
-use crate::segment::prepare::take::take;
+use crate::segment::prepare::take::take_same;
 
 /// Points of a region that a fit looks at.
-const SAMPLE: usize = 4000;
+const SAMPLE: usize = 8000;
 /// Sweeps of one relabelling.
 const SWEEPS: usize = 12;
 /// One label in so many that changes is none: a few points beside borders.
@@ -51,7 +51,7 @@ fn refit(scene: &Scene, model: &mut Partition, sigma: f64) {
         if scene.cancelled() {
             return;
         }
-        let points = take(scene, g, SAMPLE);
+        let points = take_same(scene, g, SAMPLE);
         let options = Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-6 };
         if let Some(f) = fit(s, &points, None, &options)
             && is_another(s, &f.shape, &points, sigma)
