@@ -20,6 +20,8 @@ pub struct Partition {
     pub spurious: Vec<bool>,
     /// Whether surfaces have a form error above the noise.
     pub form_error: bool,
+    /// Points of the surfaces with the fewest, where most have too few for the sample to be worth settling.
+    pub thin: Option<usize>,
     /// Scatter that labels were given with where there is a form error; else nought.
     pub allowed: f64,
     /// Seeds tried, and how many of them failed.

@@ -27,13 +27,15 @@ const LEFT: usize = 24;
 /// Finds the surfaces of a scene.
 ///
 /// Passes over what is still without a surface: grow hypotheses on it, choose among them, then settle
-/// labels, families and surfaces of the whole scene.
+/// labels, families and surfaces of the whole scene. Ends before that where the scene is a sample of which many
+/// surfaces have fewer than `enough` points: a denser one is asked for.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
 pub fn discover(
     scene: &Scene,
     families: &mut Families,
+    enough: usize,
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Partition, Cancelled> {
@@ -70,6 +72,12 @@ pub fn discover(
         if chosen.is_empty() {
             break;
         }
+        if pass == 0 {
+            model.thin = thin(&labels, chosen.len(), enough);
+            if model.thin.is_some() {
+                break;
+            }
+        }
         for (&i, l) in open.iter().zip(labels) {
             model.labels[i as usize] = l;
         }
@@ -91,6 +99,20 @@ pub fn discover(
         }
     }
     Ok(model)
+}
+
+/// Share of the surfaces that may have too few points: hypotheses that bridge others leave slivers to these.
+const SLIVERS: f64 = 0.25;
+/// Share of the surfaces with the fewest points of which the next one tells how thin a sample is.
+const FEWEST: f64 = 0.1;
+
+/// Points of the surfaces with the fewest, where too many have fewer than `enough`.
+fn thin(labels: &[i32], surfaces: usize, enough: usize) -> Option<usize> {
+    let mut sizes: Vec<usize> = members(labels, surfaces).iter().map(Vec::len).collect();
+    sizes.sort_unstable();
+    let few = sizes.partition_point(|s| *s < enough);
+    let typical = sizes.get((FEWEST * surfaces as f64) as usize).copied();
+    typical.filter(|_| few as f64 > SLIVERS * surfaces as f64)
 }
 
 pub fn choose(

@@ -45,6 +45,7 @@ pub fn discover<'a>(
     points: &[Vec3],
     limit: usize,
     bare_noise: Option<f64>,
+    enough: usize,
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<Discovery<'a>, SegmentError> {
@@ -77,10 +78,12 @@ pub fn discover<'a>(
     } else if bare_noise.is_some() {
         loose::discover_with_form_error(&scene, &mut families, estimate, parameters, monitor)?
     } else {
-        discover::discover(&scene, &mut families, parameters, monitor)?
+        discover::discover(&scene, &mut families, enough, parameters, monitor)?
     };
     let sigma = families.sigma;
-    breadth::mark(&scene, &mut model, sigma);
+    if model.thin.is_none() {
+        breadth::mark(&scene, &mut model, sigma);
+    }
     monitor.check()?;
     Ok(Discovery { scene, model, sigma, noise: if allowed > noise { noise } else { sigma } })
 }

@@ -35,31 +35,40 @@ pub fn discover_on_samples<'a>(
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<(Discovery<'a>, shares::Labelled), SegmentError> {
-    let n = points.len();
+    let most = points.len().min(FINE);
     let label = |found: Discovery<'a>| -> Result<_, SegmentError> {
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
+    let look = |size, enough| discover(points, size, None, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
-    let mut size = if n <= 2 * COARSE { n } else { COARSE };
+    let mut size = if points.len() <= 2 * COARSE { points.len() } else { COARSE };
     let mut formed: Option<Discovery> = None;
-    let mut thin: Option<Discovery> = None;
+    let mut thinner = Thinner::None;
     loop {
-        let found = discover(points, size, None, parameters, monitor)?;
-        if found.model.form_error {
+        let found = look(size, if size < most { DENSE_ENOUGH } else { 0 })?;
+        if let Some(few) = found.model.thin {
+            thinner = Thinner::Glanced(size);
+            size = denser(size, few, most);
+        } else if found.model.form_error {
             // What explained a thinner sample without a form error needs none.
-            if let Some(thin) = thin {
+            let thin = match std::mem::replace(&mut thinner, Thinner::None) {
+                Thinner::None => None,
+                Thinner::Found(thin) => Some(*thin),
+                Thinner::Glanced(size) => Some(look(size, 0)?),
+            };
+            if let Some(thin) = thin.filter(|t| !t.model.form_error && t.model.explained() > SEEN) {
                 return label(thin);
             }
             if let Some(formed) = formed {
                 return label(formed);
             }
-            if size < n.min(CONFIRMED) {
+            if size < most.min(CONFIRMED) {
                 size = CONFIRMED;
                 continue;
             }
-            let loose = discover(points, FORM, Some(found.noise), parameters, monitor)?;
-            if size >= n.min(FINE) || loose.model.explained() > SEEN {
+            let loose = discover(points, FORM, Some(found.noise), 0, parameters, monitor)?;
+            if size >= most || loose.model.explained() > SEEN {
                 return label(loose);
             }
             // Narrow faces that are crowded on a coarse sample are not on a fine one.
@@ -68,26 +77,42 @@ pub fn discover_on_samples<'a>(
             formed.take_if(|f| f.model.explained() > found.model.explained())
         {
             return label(formed);
-        } else if size >= n.min(FINE) {
+        } else if size >= most {
             return label(found);
         } else {
             match judge(points, &found, parameters, monitor)? {
                 Judged::Enough(labelled) => return Ok((found, labelled)),
-                Judged::Thin(more) => {
-                    // A third look would cost more than it saves.
-                    size = if more > FINE / 2 { FINE } else { more.max(2 * size) };
-                    thin = Some(found).filter(|found| found.model.explained() > SEEN);
+                Judged::Thin(least) => {
+                    size = denser(size, least, most);
+                    thinner = Thinner::Found(Box::new(found));
                 }
             }
         }
     }
 }
 
+/// What a thinner sample gave.
+enum Thinner<'a> {
+    /// There was none.
+    None,
+    /// A glance at a sample of so many points.
+    Glanced(usize),
+    /// Surfaces.
+    Found(Box<Discovery<'a>>),
+}
+
+/// The size of the next sample after one of `size` points, of which surfaces had as `few`.
+fn denser(size: usize, few: usize, most: usize) -> usize {
+    let more = (size * DENSE_ENOUGH / few.max(1)).max(2 * size);
+    // A third look would cost more than it saves.
+    if more * 4 > most { most } else { more }
+}
+
 /// Whether a sample was dense enough.
 enum Judged {
     /// It was: every point's label.
     Enough(shares::Labelled),
-    /// It was not: about how many points are.
+    /// It was not: the points of the surface with the fewest.
     Thin(usize),
 }
 
@@ -103,12 +128,12 @@ fn judge(
     let sizes = partition::members(&found.model.labels, found.model.shapes.len());
     let least = sizes.iter().map(Vec::len).min().unwrap_or(size);
     if least < DENSE_ENOUGH {
-        return Ok(Judged::Thin(size * DENSE_ENOUGH / least.max(1)));
+        return Ok(Judged::Thin(least));
     }
     let labelled = spread::spread(points, &found.scene, &found.model, found.sigma, monitor)?;
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
     let lacking =
         left.len() >= 64 && further::holds_surface(&left, found.sigma, parameters, monitor)?;
-    Ok(if lacking { Judged::Thin(FINE) } else { Judged::Enough(labelled) })
+    Ok(if lacking { Judged::Thin(0) } else { Judged::Enough(labelled) })
 }
