@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use crate::fit::Shape;
 use crate::segment::label::changes::Changes;
 use crate::segment::moves::memo::Memo;
@@ -95,31 +93,6 @@ pub fn put_in(shapes: &mut [Shape], next: Vec<Option<Shape>>) -> usize {
         *s = n.unwrap_or(*s);
     }
     changed
-}
-
-/// Pairs of labels that meet along a border, each with how many graph edges cross it.
-pub fn borders(scene: &Scene, labels: &[i32]) -> BTreeMap<(usize, usize), usize> {
-    let crossing = |mut out: BTreeMap<_, _>, i: usize| {
-        let l = labels[i];
-        if l >= 0 {
-            for &j in scene.neighbours(i) {
-                let m = labels[j as usize];
-                if m >= 0 && m != l {
-                    *out.entry((l.min(m) as usize, l.max(m) as usize)).or_insert(0) += 1;
-                }
-            }
-        }
-        out
-    };
-    let sum = |mut all: BTreeMap<_, _>, part: BTreeMap<_, _>| {
-        part.into_iter().for_each(|(pair, n)| *all.entry(pair).or_insert(0) += n);
-        all
-    };
-    (0..labels.len())
-        .into_par_iter()
-        .with_min_len(2048)
-        .fold(BTreeMap::new, crossing)
-        .reduce(BTreeMap::new, sum)
 }
 
 /// Points of each label, in scene order.

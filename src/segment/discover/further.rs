@@ -3,10 +3,15 @@
 use crate::fit::Family;
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, MOST_RADIUS, Policy};
-use crate::segment::grow::search::hypothesise;
+use crate::segment::grow::search::Search;
 use crate::segment::grow::select::select;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Monitor, Parameters};
+
+/// Points looked at, seeds tried on them, and points that a surface worth a region has at least.
+const LIMIT: usize = 60_000;
+const SEEDS: usize = 64;
+const LEAST: usize = 40;
 
 /// Whether what a model leaves of a cloud holds a surface worth a region.
 ///
@@ -18,7 +23,6 @@ pub fn holds_surface(
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<bool, crate::segment::SegmentError> {
-    const LIMIT: usize = 60_000;
     let m = left.len().min(LIMIT);
     let taken = (0..m).map(|k| left[k * left.len() / m]).collect();
     let mut scene = Scene::watched(taken, monitor)?;
@@ -33,9 +37,10 @@ pub fn holds_surface(
         policy: Policy::of(parameters),
     };
     let trials = &mut (0, 0);
-    let found = hypothesise(&scene, &families, 64, parameters.seed, trials, |_| false, monitor)?;
+    let search = Search { most: SEEDS, ..Search::new(&scene, &families, parameters.seed) };
+    let found = search.run(trials, |_| false, monitor)?;
     let none = vec![-1; m];
-    let chosen = select(&scene, found, sigma, &none, 0, 40).0;
+    let chosen = select(&scene, found, sigma, &none, 0, LEAST).0;
     monitor.check()?;
     Ok(!chosen.is_empty())
 }

@@ -7,7 +7,7 @@ pub mod noise;
 use crate::segment::discover::noise::tighten;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
-use crate::segment::grow::search::hypothesise;
+use crate::segment::grow::search::Search;
 use crate::segment::grow::select::select;
 use crate::segment::judge::form;
 use crate::segment::judge::parabola::is_parabolic;
@@ -41,12 +41,15 @@ pub fn discover(
 ) -> Result<Partition, Cancelled> {
     let mut model = Partition { labels: vec![-1; scene.len()], ..Partition::default() };
     let mut doubtful = false;
+    // points that were looked at among what is left
+    let mut vain = vec![false; scene.len()];
     for pass in 0..PASSES {
         let open: Vec<u32> =
             (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();
         // What surfaces leave of their own is more than what a whole cloud must have.
         let least = families.policy.least;
-        if open.len() < if pass == 0 { least } else { least * 3 / 2 } {
+        let fresh = open.iter().filter(|&&i| !vain[i as usize]).count();
+        if fresh < if pass == 0 { least } else { least * 3 / 2 } {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
@@ -60,12 +63,14 @@ pub fn discover(
             choose(scene, found, families, 0, monitor)?
         } else {
             // What is left has a graph of its own: strips a point or two wide hold together in it.
-            let open = open.iter().map(|&i| scene.points[i as usize]).collect();
-            let mut rest = Scene::watched(open, monitor)?;
+            let left = open.iter().map(|&i| scene.points[i as usize]).collect();
+            let mut rest = Scene::watched(left, monitor)?;
             rest.sharpen_normals(families.sigma);
             let few = families.with_least(LEFT);
-            let found =
-                hypothesise(&rest, &few, usize::MAX, seed, &mut model.trials, |_| false, monitor)?;
+            let before: Vec<bool> =
+                open.iter().map(|&i| std::mem::replace(&mut vain[i as usize], true)).collect();
+            let search = Search { vain: &before, ..Search::new(&rest, &few, seed) };
+            let found = search.run(&mut model.trials, |_| false, monitor)?;
             let found = found.into_iter().filter(|h| h.sound).collect();
             choose(&rest, found, &few, model.shapes.len(), monitor)?
         };
@@ -86,6 +91,11 @@ pub fn discover(
         converge(scene, &mut model, families, monitor)?;
         if std::mem::take(&mut doubtful) && form::is_seen(scene, &model, families.sigma) {
             model.form_error = true;
+            break;
+        }
+        let least = members(&model.labels, model.shapes.len()).iter().map(Vec::len).min();
+        if let Some(least) = least.filter(|l| *l < enough) {
+            model.thin = Some(least);
             break;
         }
         let last = pass + 1 == PASSES;

@@ -4,7 +4,7 @@ use crate::fit::starts::Patch;
 use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
-use crate::segment::grow::start::{STARTS, Start, start_set};
+use crate::segment::grow::start::{NEAREST, STARTS, Start, start_set};
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::judge::whiteness::{CHANCE, correlated, correlation};
@@ -63,7 +63,14 @@ pub fn grow(
     min_points: usize,
 ) -> Option<Hypothesis> {
     let mut starts = STARTS.iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
+    // What does not explain the nearest points explains no more of them.
+    let mut hopeful = None;
     starts.find_map(|&(start, most, least)| {
+        if matches!(start, Start::Tangent)
+            && !*hopeful.get_or_insert_with(|| fits_nearest(scene, walk, families, seed))
+        {
+            return None;
+        }
         let set = start_set(scene, walk, seed, start, most, families.sigma);
         if set.len() < least.min(min_points) || scene.cancelled() {
             return None;
@@ -72,6 +79,19 @@ pub fn grow(
         grown.filter(|h| h.support.len() >= min_points)
     })
 }
+
+/// Whether any family explains the nearest points of a seed that lie in each other's tangent planes.
+fn fits_nearest(scene: &Scene, walk: &mut Walk, families: &Families, seed: usize) -> bool {
+    let (start, most, _) = NEAREST;
+    let set = start_set(scene, walk, seed, start, most, families.sigma);
+    let (mut points, mut normals) = (Vec::new(), Vec::new());
+    sample(scene, &set, FIT_SAMPLE, &mut points, &mut normals);
+    let patch = Patch { points: &points, normals: &normals };
+    families.best(&patch, &[], &mut Vec::new()).is_some_and(|b| b.reduced <= FITS)
+}
+
+/// Reduced chi2 up to which a surface may be the points'.
+const FITS: f64 = 2.0;
 
 fn grow_from(
     scene: &Scene,
@@ -87,7 +107,7 @@ fn grow_from(
     let mut hopeless = Vec::new();
     let patch = Patch { points: &points, normals: &normals };
     let mut best: Scored = families.best(&patch, &[], &mut hopeless)?;
-    if best.reduced > 2.0 {
+    if best.reduced > FITS {
         return None;
     }
     let mut good: Option<(Shape, Vec<u32>)> = None;
@@ -144,7 +164,7 @@ fn grow_from(
         }
         if best.reduced < 1.35 {
             good = Some((best.shape, support.clone()));
-        } else if best.reduced > 2.0 {
+        } else if best.reduced > FITS {
             break;
         }
     }

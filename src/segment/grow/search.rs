@@ -1,5 +1,7 @@
 //! Growing hypotheses all over a scene.
 
+use std::collections::VecDeque;
+
 use rayon::prelude::*;
 
 use crate::fit::Ruler;
@@ -26,98 +28,169 @@ const LEAST_YIELD: usize = 2;
 /// Points a hypothesis needs to be kept, unless surfaces may have fewer.
 pub const MIN_SUPPORT: usize = 30;
 
-/// Grows hypotheses until every point is covered or has been tried, `most` seeds were tried or what was found
-/// so far is `enough`. In the order of their seeds.
-///
-/// # Errors
-/// `monitor` cancelled the work.
-pub fn hypothesise(
-    scene: &Scene,
-    families: &Families,
-    most: usize,
-    seed: u64,
-    trials: &mut (usize, usize),
-    enough: impl Fn(&[Hypothesis]) -> bool,
-    monitor: &dyn Monitor,
-) -> Result<Vec<Hypothesis>, Cancelled> {
-    let before = trials.0;
-    let least = MIN_SUPPORT.min(families.policy.least);
-    let n = scene.len();
-    let mut covered = vec![false; n];
-    let mut random = SplitMix64::new(seed);
-    let mut out: Vec<Hypothesis> = Vec::new();
-    let mut failures_in_a_row = 0;
-    let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(n)).collect();
-    let mut tried = vec![false; n];
-    let mut pool: Vec<u32> = (0..n as u32).collect();
-    let mut yields = std::collections::VecDeque::new();
-    while failures_in_a_row < families.policy.failures * DRAW && trials.0 - before < most {
-        monitor.check()?;
-        // Points are only ever covered and tried: what has left the pool stays out.
-        pool.retain(|&i| {
-            let i = i as usize;
-            !covered[i] && !tried[i] && {
-                let free = scene.neighbours(i).iter().filter(|&&j| !covered[j as usize]).count();
-                free * 2 >= K
+/// A search for hypotheses all over a scene.
+pub struct Search<'a> {
+    /// The scene.
+    pub scene: &'a Scene<'a>,
+    /// What may be fitted.
+    pub families: &'a Families,
+    /// Seeds tried at most.
+    pub most: usize,
+    /// Of the random generator.
+    pub seed: u64,
+    /// Points that were seeds in vain before, and are none again; empty where there was no search before.
+    pub vain: &'a [bool],
+}
+
+impl<'a> Search<'a> {
+    /// A search from all points.
+    pub fn new(scene: &'a Scene<'a>, families: &'a Families, seed: u64) -> Self {
+        Self { scene, families, most: usize::MAX, seed, vain: &[] }
+    }
+
+    /// Grows hypotheses until every point is covered or has been tried, `most` seeds were tried or what was found
+    /// so far is `enough`. In the order of their seeds.
+    ///
+    /// # Errors
+    /// `monitor` cancelled the work.
+    pub fn run(
+        &self,
+        trials: &mut (usize, usize),
+        enough: impl Fn(&[Hypothesis]) -> bool,
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Hypothesis>, Cancelled> {
+        let Self { scene, families, most, .. } = *self;
+        let before = trials.0;
+        let least = MIN_SUPPORT.min(families.policy.least);
+        let mut seeds = Seeds::new(scene, self.seed, self.vain);
+        let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(scene.len())).collect();
+        let mut out: Vec<Hypothesis> = Vec::new();
+        let (mut failures, mut yields) = (0, Yields::default());
+        while failures < families.policy.failures * DRAW && trials.0 - before < most {
+            monitor.check()?;
+            let batch = seeds.draw();
+            if batch.is_empty() {
+                break;
             }
-        });
-        if pool.len() < 8 {
-            break;
-        }
-        let mut seeds = Vec::new();
-        let mut left = pool.clone();
-        for _ in 0..BATCH.min(2 + pool.len() / 12_000) {
-            // The smoothest of a few: interiors before edges, yet a tight arc has its turn.
-            let pick = (0..8)
-                .map(|_| random.below(left.len()))
-                .min_by(|&a, &b| {
-                    scene.roughness[left[a] as usize].total_cmp(&scene.roughness[left[b] as usize])
-                })
-                .unwrap_or(0);
-            seeds.push(left.swap_remove(pick) as usize);
-        }
-        let grown: Vec<Option<Hypothesis>> = seeds
-            .par_iter()
-            .zip(walks.par_iter_mut())
-            .map(|(&s, walk)| grow(scene, walk, families, s, least))
-            .collect();
-        let mut newly = 0;
-        for (&s, h) in seeds.iter().zip(grown) {
-            trials.0 += 1;
-            tried[s] = true;
-            for &j in scene.neighbours(s) {
-                tried[j as usize] = true;
+            let grown: Vec<Option<Hypothesis>> = batch
+                .par_iter()
+                .zip(walks.par_iter_mut())
+                .map(|(&s, walk)| grow(scene, walk, families, s, least))
+                .collect();
+            trials.0 += batch.len();
+            let mut newly = 0;
+            for h in grown {
+                let Some(h) = h else {
+                    trials.1 += 1;
+                    failures += 1;
+                    continue;
+                };
+                failures = 0;
+                newly += seeds.cover(&h, families.sigma);
+                out.push(h);
             }
-            let Some(h) = h else {
-                trials.1 += 1;
-                failures_in_a_row += 1;
-                continue;
-            };
-            failures_in_a_row = 0;
-            let limit = 2.5 * families.sigma;
-            let ruler = Ruler::of(&h.shape);
-            for &j in &h.support {
-                if ruler.distance(&scene.points[j as usize]).abs() < limit {
-                    newly += usize::from(!covered[j as usize]);
-                    covered[j as usize] = true;
-                }
-            }
-            out.push(h);
-        }
-        yields.push_back((seeds.len(), newly));
-        if yields.len() > LOOK_BACK {
-            yields.pop_front();
-            let (tried, gained) = yields.iter().fold((0, 0), |s, y| (s.0 + y.0, s.1 + y.1));
-            if gained < tried * LEAST_YIELD {
+            if yields.is_least(batch.len(), newly) || enough(&out) {
                 break;
             }
         }
-        if enough(&out) {
-            break;
-        }
+        Ok(out)
     }
-    Ok(out)
 }
+
+/// Points that a look back at what the search gains takes account of.
+#[derive(Default)]
+struct Yields(VecDeque<(usize, usize)>);
+
+impl Yields {
+    /// Whether so many seeds, which covered so many new points, and those before gain too little to go on.
+    fn is_least(&mut self, seeds: usize, newly: usize) -> bool {
+        self.0.push_back((seeds, newly));
+        if self.0.len() <= LOOK_BACK {
+            return false;
+        }
+        self.0.pop_front();
+        let (tried, gained) = self.0.iter().fold((0, 0), |s, y| (s.0 + y.0, s.1 + y.1));
+        gained < tried * LEAST_YIELD
+    }
+}
+
+/// Points that growth may start from: what is once covered or tried is none again.
+struct Seeds<'a> {
+    scene: &'a Scene<'a>,
+    covered: Vec<bool>,
+    tried: Vec<bool>,
+    /// All that may be, and some that no longer are.
+    pool: Vec<u32>,
+    random: SplitMix64,
+}
+
+/// Points among which a seed is chosen.
+const CHOICE: usize = 8;
+/// Points of the pool for each seed more at once: where there are few, seeds grown side by side find the same.
+const CROWD: usize = 12_000;
+
+impl<'a> Seeds<'a> {
+    fn new(scene: &'a Scene<'a>, seed: u64, vain: &[bool]) -> Self {
+        let n = scene.len();
+        let mut tried = vain.to_vec();
+        tried.resize(n, false);
+        let pool = (0..n as u32).filter(|&i| !tried[i as usize]).collect();
+        Self { scene, covered: vec![false; n], tried, pool, random: SplitMix64::new(seed) }
+    }
+
+    /// The next seeds, the smoothest of a few each: interiors before edges, yet a tight arc has its turn.
+    fn draw(&mut self) -> Vec<usize> {
+        let mut seeds = Vec::new();
+        for _ in 0..BATCH.min(2 + self.pool.len() / CROWD) {
+            let few: Vec<usize> = (0..CHOICE).map_while(|_| self.pick()).collect();
+            let rough = |i: &usize| self.scene.roughness[*i];
+            let smoothest = few.into_iter().min_by(|a, b| rough(a).total_cmp(&rough(b)));
+            let Some(s) = smoothest else { break };
+            self.tried[s] = true;
+            for &j in self.scene.neighbours(s) {
+                self.tried[j as usize] = true;
+            }
+            seeds.push(s);
+        }
+        seeds
+    }
+
+    /// Any point that may be a seed; those met that may not leave the pool.
+    fn pick(&mut self) -> Option<usize> {
+        while !self.pool.is_empty() {
+            let k = self.random.below(self.pool.len());
+            let i = self.pool[k] as usize;
+            if self.is_open(i) {
+                return Some(i);
+            }
+            self.pool.swap_remove(k);
+        }
+        None
+    }
+
+    fn is_open(&self, i: usize) -> bool {
+        let free = |j: &&u32| !self.covered[**j as usize];
+        !self.covered[i]
+            && !self.tried[i]
+            && self.scene.neighbours(i).iter().filter(free).count() * 2 >= K
+    }
+
+    /// Covers what a hypothesis explains. Returns how many points that were not covered before.
+    fn cover(&mut self, h: &Hypothesis, sigma: f64) -> usize {
+        let ruler = Ruler::of(&h.shape);
+        let mut newly = 0;
+        for &j in &h.support {
+            if ruler.distance(&self.scene.points[j as usize]).abs() < COVERED * sigma {
+                newly += usize::from(!self.covered[j as usize]);
+                self.covered[j as usize] = true;
+            }
+        }
+        newly
+    }
+}
+
+/// Sigmas within which a point on a hypothesis is no seed again.
+const COVERED: f64 = 2.5;
 
 #[cfg(test)]
 mod tests {

@@ -46,12 +46,14 @@ pub fn start_set(
     set[..set.len().min(size)].to_vec()
 }
 
+/// The least of those that lie in tangent planes.
+pub const NEAREST: (Start, usize, usize) = (Start::Tangent, 30, 24);
 /// Start sets, tried in turn at each seed, with the most and the least points of each: a large one sees curvature
 /// through the noise, a small one fits into a small face or beside a joint.
 pub const STARTS: [(Start, usize, usize); 5] = [
     (Start::Tangent, 160, 24),
     (Start::Tangent, 60, 24),
-    (Start::Tangent, 30, 24),
+    NEAREST,
     (Start::Any, 30, 24),
     (Start::Flat, 24, 12),
 ];

@@ -7,7 +7,7 @@
 
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
-use crate::segment::grow::search::hypothesise;
+use crate::segment::grow::search::Search;
 use crate::segment::judge::stability::judged;
 use crate::segment::judge::whiteness::correlation;
 use crate::segment::partition::{Partition, members};
@@ -78,7 +78,7 @@ pub fn hypotheses(
 ) -> Result<Option<(Vec<Hypothesis>, bool)>, Cancelled> {
     let clear =
         |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && correlated_share(found) > CLEAR;
-    let found = hypothesise(scene, families, usize::MAX, seed, trials, clear, monitor)?;
+    let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
     let doubtful = correlated_share(&found) > DOUBTFUL;
     Ok((!clear(&found)).then_some((found, doubtful)))
 }
@@ -108,12 +108,12 @@ pub fn loose_hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Option<Vec<Hypothesis>>, Cancelled> {
-    let few = hypothesise(scene, families, LOOK, seed, trials, |_| false, monitor)?;
+    let all = Search::new(scene, families, seed);
+    let few = Search { most: LOOK, ..all }.run(trials, |_| false, monitor)?;
     if stable_share(scene, families, few) <= 0.5 {
         return Ok(None);
     }
-    let all = hypothesise(scene, families, usize::MAX, seed, trials, |_| false, monitor)?;
-    Ok(Some(judged(scene, families, all)))
+    Ok(Some(judged(scene, families, all.run(trials, |_| false, monitor)?)))
 }
 
 /// Share of the points that hypotheses cover which sound ones do.
@@ -142,7 +142,7 @@ pub fn outstanding_hypotheses(
     monitor: &dyn Monitor,
 ) -> Result<Vec<Hypothesis>, Cancelled> {
     let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE;
-    Ok(standing_out(hypothesise(scene, families, usize::MAX, seed, trials, early, monitor)?))
+    Ok(standing_out(Search::new(scene, families, seed).run(trials, early, monitor)?))
 }
 
 /// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger

@@ -1,5 +1,7 @@
 //! What has changed since labels were last looked at, and which regions are still what they were.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use crate::fit::Shape;
@@ -140,6 +142,27 @@ impl Changes {
         });
     }
 
+    /// Pairs of labels that meet along a border, as last noted, each with how many graph edges cross it.
+    pub fn borders(&self, scene: &Scene) -> BTreeMap<(usize, usize), usize> {
+        let several = |(_, met): &(usize, &Vec<i32>)| met.len() > 1;
+        let crossing = |mut out: BTreeMap<_, _>, (b, _): (usize, &Vec<i32>)| {
+            for i in b * BLOCK..self.labels.len().min((b + 1) * BLOCK) {
+                let l = self.labels[i];
+                let near = scene.neighbours(i).iter().map(|&j| self.labels[j as usize]);
+                for m in near.filter(|&m| l >= 0 && m >= 0 && m != l) {
+                    *out.entry((l.min(m) as usize, l.max(m) as usize)).or_insert(0) += 1;
+                }
+            }
+            out
+        };
+        let sum = |mut all: BTreeMap<_, _>, part: BTreeMap<_, _>| {
+            part.into_iter().for_each(|(pair, n)| *all.entry(pair).or_insert(0) += n);
+            all
+        };
+        let blocks = self.met.par_iter().enumerate().with_min_len(16).filter(several);
+        blocks.fold(BTreeMap::new, crossing).reduce(BTreeMap::new, sum)
+    }
+
     /// The blocks to look at, which are then looked at.
     pub fn take_open(&mut self) -> Vec<usize> {
         let open = (0..self.open.len()).filter(|&b| self.open[b]).collect();
@@ -201,6 +224,20 @@ mod tests {
         // another noise: everything
         changes.note(&scene, &shapes, &labels, 1.1);
         assert_eq!(changes.take_open().len(), 32);
+    }
+
+    #[test]
+    fn borders_are_those_of_all_pairs_of_neighbours() {
+        let (scene, shapes, mut labels) = halves();
+        labels[77..90].fill(-1);
+        let mut changes = Changes::default();
+        changes.note(&scene, &shapes, &labels, 1.0);
+        let crossing =
+            (0..scene.len()).flat_map(|i| scene.neighbours(i).iter().map(move |&j| (i, j)));
+        let edges = crossing.filter(|&(i, j)| {
+            labels[i] + labels[j as usize] == 1 && labels[i] * labels[j as usize] == 0
+        });
+        assert_eq!(changes.borders(&scene), BTreeMap::from([((0, 1), edges.count())]));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::segment::moves::directions::{Directions, asked};
 use crate::segment::moves::memo::{Key, Memo, Move};
 use crate::segment::moves::retype::SOUND;
 use crate::segment::objective::BORDER;
-use crate::segment::partition::{Partition, borders, members, retain};
+use crate::segment::partition::{Partition, members, retain};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
@@ -102,7 +102,7 @@ impl<'a> Pairs<'a> {
         let shapes = &model.shapes[..];
         let groups = members(&model.labels, shapes.len());
         let samples = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
-        let touching = borders(scene, &model.labels);
+        let touching = model.changes.borders(scene);
         let directions = Directions::of(scene, shapes, &groups);
         let inverse = 1.0 / (families.sigma * families.sigma);
         Self { shapes, groups, samples, touching, directions, families, inverse }

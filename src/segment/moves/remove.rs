@@ -6,7 +6,7 @@ use crate::segment::family::Families;
 use crate::segment::moves::directions::{Directions, asked};
 use crate::segment::moves::memo::{Memo, Move};
 use crate::segment::objective::{SURFACE, UNASSIGNED};
-use crate::segment::partition::{Partition, borders, members, neighbours_of, retain};
+use crate::segment::partition::{Partition, members, neighbours_of, retain};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
@@ -18,7 +18,7 @@ pub fn remove_needless(scene: &Scene, model: &mut Partition, families: &Families
     // A surface elsewhere that explains a region is the same surface: whether they join is the user's choice.
     let elsewhere = families.policy.merge;
     let groups = members(&model.labels, model.shapes.len());
-    let around = neighbours_of(&borders(scene, &model.labels), model.shapes.len());
+    let around = neighbours_of(&model.changes.borders(scene), model.shapes.len());
     let directions = Directions::of(scene, &model.shapes, &groups);
     let mut order: Vec<usize> = (0..groups.len()).collect();
     order.sort_by_key(|&k| (groups[k].len(), k));

@@ -11,7 +11,7 @@ use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
 use crate::segment::moves::memo::{Key, Memo, Move};
 use crate::segment::moves::trial::{Place, Trial};
-use crate::segment::partition::{Partition, borders, members, neighbours_of, put_in};
+use crate::segment::partition::{Partition, members, neighbours_of, put_in};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_core;
 
@@ -20,7 +20,7 @@ use crate::segment::prepare::take::take_core;
 pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
     model.note(scene, families.sigma);
     let groups = members(&model.labels, model.shapes.len());
-    let around = neighbours_of(&borders(scene, &model.labels), model.shapes.len());
+    let around = neighbours_of(&model.changes.borders(scene), model.shapes.len());
     let frozen: &Partition = model;
     let keys: Vec<Option<Key>> = (0..groups.len())
         .map(|r| Memo::key(&frozen.changes, Move::Swap, r, around[r].iter().copied()))
