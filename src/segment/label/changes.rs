@@ -83,7 +83,8 @@ impl Changes {
             shapes.iter().enumerate().map(|(l, s)| self.shapes.get(l) != Some(s)).collect();
         self.shapes.clear();
         self.shapes.extend_from_slice(shapes);
-        let turned = self.turn(scene, labels);
+        let mut stale = vec![false; blocks];
+        let turned = self.turn(scene, labels, &mut stale);
         for (open, met) in self.open.iter_mut().zip(&self.met) {
             *open |= met.iter().any(|&l| l < 0 || moved.get(l as usize).is_none_or(|m| *m));
         }
@@ -94,12 +95,13 @@ impl Changes {
                 (r.revision, r.turned) = (self.last, 0);
             }
         }
-        self.meet(scene);
+        self.meet(scene, &stale);
         turned
     }
 
-    /// Takes over labels, opens the blocks where they have changed and counts the changes of each region.
-    fn turn(&mut self, scene: &Scene, labels: &[i32]) -> usize {
+    /// Takes over labels, opens the blocks where they have changed, which are `stale`, and counts the changes of
+    /// each region.
+    fn turn(&mut self, scene: &Scene, labels: &[i32], stale: &mut [bool]) -> usize {
         let mut turned = 0;
         for (i, (&now, before)) in labels.iter().zip(&mut self.labels).enumerate() {
             if now == *before {
@@ -114,19 +116,19 @@ impl Changes {
                 }
             }
             *before = now;
-            self.open[i / BLOCK] = true;
-            for &j in scene.neighbours(i) {
-                self.open[j as usize / BLOCK] = true;
+            for &j in scene.neighbours(i).iter().chain([&(i as u32)]) {
+                stale[j as usize / BLOCK] = true;
             }
         }
+        self.open.iter_mut().zip(stale).for_each(|(open, stale)| *open |= *stale);
         turned
     }
 
-    /// Notes anew which labels the open blocks meet.
-    fn meet(&mut self, scene: &Scene) {
+    /// Notes anew which labels some blocks meet.
+    fn meet(&mut self, scene: &Scene, stale: &[bool]) {
         let labels = &self.labels;
-        let open = self.met.par_iter_mut().zip(&self.open).enumerate().filter(|(_, (_, o))| **o);
-        open.for_each(|(b, (met, _))| {
+        let stale = self.met.par_iter_mut().zip(stale).enumerate().filter(|(_, (_, s))| **s);
+        stale.for_each(|(b, (met, _))| {
             met.clear();
             let mut last = -1;
             for i in b * BLOCK..labels.len().min((b + 1) * BLOCK) {
@@ -146,12 +148,21 @@ impl Changes {
     pub fn borders(&self, scene: &Scene) -> BTreeMap<(usize, usize), usize> {
         let several = |(_, met): &(usize, &Vec<i32>)| met.len() > 1;
         let crossing = |mut out: BTreeMap<_, _>, (b, _): (usize, &Vec<i32>)| {
+            // few pairs meet in a block
+            let mut pairs: Vec<((i32, i32), usize)> = Vec::new();
             for i in b * BLOCK..self.labels.len().min((b + 1) * BLOCK) {
                 let l = self.labels[i];
                 let near = scene.neighbours(i).iter().map(|&j| self.labels[j as usize]);
                 for m in near.filter(|&m| l >= 0 && m >= 0 && m != l) {
-                    *out.entry((l.min(m) as usize, l.max(m) as usize)).or_insert(0) += 1;
+                    let pair = (l.min(m), l.max(m));
+                    match pairs.iter_mut().find(|p| p.0 == pair) {
+                        Some(p) => p.1 += 1,
+                        None => pairs.push((pair, 1)),
+                    }
                 }
+            }
+            for ((a, b), n) in pairs {
+                *out.entry((a as usize, b as usize)).or_insert(0) += n;
             }
             out
         };

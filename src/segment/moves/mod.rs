@@ -29,6 +29,9 @@ use crate::segment::partition::{Partition, prune};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
+/// Rounds of labels and fits that settle, and those that show what is one surface.
+const SETTLED: usize = 8;
+const FEW: usize = 2;
 /// Rounds of moves on the total energy after each pass.
 const MOVES: usize = 3;
 
@@ -40,9 +43,10 @@ pub fn converge(
     families: &Families,
     monitor: &dyn Monitor,
 ) -> Result<(), Cancelled> {
-    for _ in 0..2 {
+    // What several hypotheses share is joined before labels settle among them.
+    for rounds in [FEW, SETTLED] {
         monitor.check()?;
-        settle(scene, model, families.sigma, 8);
+        settle(scene, model, families.sigma, rounds);
         monitor.check()?;
         let retyped = retype(scene, model, families);
         monitor.check()?;
@@ -53,7 +57,7 @@ pub fn converge(
             break;
         }
     }
-    settle(scene, model, families.sigma, 8);
+    settle(scene, model, families.sigma, SETTLED);
     for _ in 0..MOVES {
         if !families.policy.refine {
             break;
@@ -69,7 +73,7 @@ pub fn converge(
         monitor.check()?;
         model.merges += merge(scene, model, families);
         monitor.check()?;
-        settle(scene, model, families.sigma, 8);
+        settle(scene, model, families.sigma, SETTLED);
         if gone + swapped + broken == 0 {
             break;
         }
