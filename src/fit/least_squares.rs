@@ -44,8 +44,12 @@ pub fn fit_columns(start: &Shape, points: &Columns, o: &Options) -> Option<Fitte
         return None;
     }
     let start = start.translated(&-points.origin);
-    let near = o.cauchy.and_then(|cut| approached(&start, points, cut)).unwrap_or(start);
-    let (shape, least) = descend(&near, points, o);
+    let near = o.cauchy.map_or(Approach::Near, |cut| approach(&start, points, cut));
+    let (shape, least) = match near {
+        Approach::Near => descend(&start, points, o),
+        Approach::Nearer(shape) => descend(&shape, points, o),
+        Approach::Far(shape, least) => (shape, least),
+    };
     let mean_sq = least / points.total;
     mean_sq.is_finite().then(|| Fitted { shape: shape.translated(&points.origin), mean_sq })
 }
@@ -73,25 +77,44 @@ const FAR: f64 = 10.0;
 const NARROWER: f64 = 0.25;
 const APPROACH: usize = 8;
 
-/// A shape nearer to the points than a start far from them, by fits with a constant as wide as their residuals;
-/// none where the start is near already or that leads nowhere.
+/// Typical residual, over Cauchy's constant, of points that no surface of the family comes near: with an outlier
+/// among eight points it comes to that only where the constant is a hundred-millionth of them.
+const AWAY: f64 = 10.0;
+
+/// Where a fit goes on from.
+enum Approach {
+    /// The start: it is near, or nothing nearer was found.
+    Near,
+    /// A shape nearer to the points.
+    Nearer(Shape),
+    /// Nowhere: the shape that comes nearest to the points is far from most of them; with its cost.
+    Far(Shape, f64),
+}
+
+/// A shape nearer to the points than a start far from them, by fits with a constant as wide as their residuals.
 ///
 /// To Cauchy's loss residuals far beyond its constant are all outliers: it is least where the surface runs through a
-/// few of the points, whichever they are, and holds a fit there.
-fn approached(start: &Shape, points: &Columns, cut: f64) -> Option<Shape> {
+/// few of the points, whichever they are, and holds a fit there. Where residuals do not get smaller with the constant
+/// the points are none of such a surface's.
+fn approach(start: &Shape, points: &Columns, cut: f64) -> Approach {
     let before = cost(start, points, cauchy(cut));
     let mut wide = cut * typical(before / points.total, cut);
     if wide < FAR * cut {
-        return None;
+        return Approach::Near;
     }
     let mut shape = *start;
     while wide > cut && wide.is_finite() {
         let options = Options { cauchy: Some(wide), steps: APPROACH, tolerance: 0.1 };
         let (next, left) = descend(&shape, points, &options);
         shape = next;
-        wide *= typical(left / points.total, wide).min(NARROWER);
+        let residual = typical(left / points.total, wide);
+        if residual > AWAY {
+            return Approach::Far(shape, cost(&shape, points, cauchy(cut)));
+        }
+        wide *= residual.min(NARROWER);
     }
-    (cost(&shape, points, cauchy(cut)) < before).then_some(shape)
+    let nearer = cost(&shape, points, cauchy(cut)) < before;
+    if nearer { Approach::Nearer(shape) } else { Approach::Near }
 }
 
 /// The residuals whose mean loss this is, over Cauchy's constant: their geometric mean where they are beyond it,
