@@ -26,13 +26,21 @@ pub struct Changes {
     sigma: f64,
     shapes: Vec<Shape>,
     labels: Vec<i32>,
-    /// The labels met by the points of each block, their own and their neighbours'.
-    met: Vec<Vec<i32>>,
+    blocks: Vec<Block>,
     /// Blocks to look at.
     open: Vec<bool>,
     /// Regions whose surface or points have changed.
     regions: Vec<Region>,
     last: u64,
+}
+
+/// Points in a row.
+#[derive(Clone, Debug, Default)]
+struct Block {
+    /// The labels met by its points, their own and their neighbours'.
+    met: Vec<i32>,
+    /// Pairs of labels that meet along a border, the lower first, and how many graph edges cross it.
+    pairs: Vec<([i32; 2], usize)>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -43,6 +51,27 @@ struct Region {
     /// Points won and lost since it got its revision.
     turned: usize,
     count: usize,
+}
+
+impl Block {
+    /// Adds a point with a label and those of its neighbours.
+    fn add(&mut self, own: i32, near: impl Iterator<Item = i32>) {
+        let mut last = -1;
+        for l in near.chain([own]) {
+            // mostly one after the other are the same
+            if l != last && l >= 0 && !self.met.contains(&l) {
+                self.met.push(l);
+            }
+            last = l;
+            if l >= 0 && own >= 0 && l != own {
+                let pair = [l.min(own), l.max(own)];
+                match self.pairs.iter_mut().find(|p| p.0 == pair) {
+                    Some(p) => p.1 += 1,
+                    None => self.pairs.push((pair, 1)),
+                }
+            }
+        }
+    }
 }
 
 impl Changes {
@@ -60,7 +89,14 @@ impl Changes {
             }
         };
         self.labels.iter_mut().for_each(renumber);
-        self.met.iter_mut().flatten().for_each(renumber);
+        for block in &mut self.blocks {
+            block.met.iter_mut().for_each(renumber);
+            block.pairs.iter_mut().for_each(|p| {
+                p.0.iter_mut().for_each(renumber);
+                p.0.sort_unstable();
+            });
+            block.pairs.retain(|p| p.0[0] >= 0);
+        }
     }
 
     /// Whether `sigma` is another noise than that of what was noted.
@@ -74,7 +110,7 @@ impl Changes {
         if self.labels.len() != n || self.is_other_noise(sigma) {
             let last = self.last;
             *self = Self { sigma, last, open: vec![true; blocks], ..Self::default() };
-            self.met = vec![Vec::new(); blocks];
+            self.blocks = vec![Block::default(); blocks];
             self.labels = vec![-1; n];
         }
         self.regions.truncate(shapes.len());
@@ -85,8 +121,8 @@ impl Changes {
         self.shapes.extend_from_slice(shapes);
         let mut stale = vec![false; blocks];
         let turned = self.turn(scene, labels, &mut stale);
-        for (open, met) in self.open.iter_mut().zip(&self.met) {
-            *open |= met.iter().any(|&l| l < 0 || moved.get(l as usize).is_none_or(|m| *m));
+        for (open, block) in self.open.iter_mut().zip(&self.blocks) {
+            *open |= block.met.iter().any(|&l| l < 0 || moved.get(l as usize).is_none_or(|m| *m));
         }
         for (r, moved) in self.regions.iter_mut().zip(moved) {
             r.changed |= moved;
@@ -127,51 +163,23 @@ impl Changes {
     /// Notes anew which labels some blocks meet.
     fn meet(&mut self, scene: &Scene, stale: &[bool]) {
         let labels = &self.labels;
-        let stale = self.met.par_iter_mut().zip(stale).enumerate().filter(|(_, (_, s))| **s);
-        stale.for_each(|(b, (met, _))| {
-            met.clear();
-            let mut last = -1;
+        let stale = self.blocks.par_iter_mut().zip(stale).enumerate().filter(|(_, (_, s))| **s);
+        stale.for_each(|(b, (block, _))| {
+            block.met.clear();
+            block.pairs.clear();
             for i in b * BLOCK..labels.len().min((b + 1) * BLOCK) {
-                let near = scene.neighbours(i).iter().map(|&j| labels[j as usize]);
-                for l in near.chain([labels[i]]) {
-                    // mostly one after the other are the same
-                    if l != last && l >= 0 && !met.contains(&l) {
-                        met.push(l);
-                    }
-                    last = l;
-                }
+                block.add(labels[i], scene.neighbours(i).iter().map(|&j| labels[j as usize]));
             }
         });
     }
 
     /// Pairs of labels that meet along a border, as last noted, each with how many graph edges cross it.
-    pub fn borders(&self, scene: &Scene) -> BTreeMap<(usize, usize), usize> {
-        let several = |(_, met): &(usize, &Vec<i32>)| met.len() > 1;
-        let crossing = |mut out: BTreeMap<_, _>, (b, _): (usize, &Vec<i32>)| {
-            // few pairs meet in a block
-            let mut pairs: Vec<((i32, i32), usize)> = Vec::new();
-            for i in b * BLOCK..self.labels.len().min((b + 1) * BLOCK) {
-                let l = self.labels[i];
-                let near = scene.neighbours(i).iter().map(|&j| self.labels[j as usize]);
-                for m in near.filter(|&m| l >= 0 && m >= 0 && m != l) {
-                    let pair = (l.min(m), l.max(m));
-                    match pairs.iter_mut().find(|p| p.0 == pair) {
-                        Some(p) => p.1 += 1,
-                        None => pairs.push((pair, 1)),
-                    }
-                }
-            }
-            for ((a, b), n) in pairs {
-                *out.entry((a as usize, b as usize)).or_insert(0) += n;
-            }
-            out
-        };
-        let sum = |mut all: BTreeMap<_, _>, part: BTreeMap<_, _>| {
-            part.into_iter().for_each(|(pair, n)| *all.entry(pair).or_insert(0) += n);
-            all
-        };
-        let blocks = self.met.par_iter().enumerate().with_min_len(16).filter(several);
-        blocks.fold(BTreeMap::new, crossing).reduce(BTreeMap::new, sum)
+    pub fn borders(&self) -> BTreeMap<(usize, usize), usize> {
+        let mut out = BTreeMap::new();
+        for &([a, b], n) in self.blocks.iter().flat_map(|block| &block.pairs) {
+            *out.entry((a as usize, b as usize)).or_insert(0) += n;
+        }
+        out
     }
 
     /// The blocks to look at, which are then looked at.
@@ -248,7 +256,7 @@ mod tests {
         let edges = crossing.filter(|&(i, j)| {
             labels[i] + labels[j as usize] == 1 && labels[i] * labels[j as usize] == 0
         });
-        assert_eq!(changes.borders(&scene), BTreeMap::from([((0, 1), edges.count())]));
+        assert_eq!(changes.borders(), BTreeMap::from([((0, 1), edges.count())]));
     }
 
     #[test]

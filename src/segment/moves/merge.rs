@@ -102,7 +102,7 @@ impl<'a> Pairs<'a> {
         let shapes = &model.shapes[..];
         let groups = members(&model.labels, shapes.len());
         let samples = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
-        let touching = model.changes.borders(scene);
+        let touching = model.changes.borders();
         let directions = Directions::of(scene, shapes, &groups);
         let inverse = 1.0 / (families.sigma * families.sigma);
         Self { shapes, groups, samples, touching, directions, families, inverse }

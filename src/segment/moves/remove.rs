@@ -18,7 +18,7 @@ pub fn remove_needless(scene: &Scene, model: &mut Partition, families: &Families
     // A surface elsewhere that explains a region is the same surface: whether they join is the user's choice.
     let elsewhere = families.policy.merge;
     let groups = members(&model.labels, model.shapes.len());
-    let around = neighbours_of(&model.changes.borders(scene), model.shapes.len());
+    let around = neighbours_of(&model.changes.borders(), model.shapes.len());
     let directions = Directions::of(scene, &model.shapes, &groups);
     let mut order: Vec<usize> = (0..groups.len()).collect();
     order.sort_by_key(|&k| (groups[k].len(), k));

@@ -20,7 +20,7 @@ use crate::segment::prepare::take::take_core;
 pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
     model.note(scene, families.sigma);
     let groups = members(&model.labels, model.shapes.len());
-    let around = neighbours_of(&model.changes.borders(scene), model.shapes.len());
+    let around = neighbours_of(&model.changes.borders(), model.shapes.len());
     let frozen: &Partition = model;
     let keys: Vec<Option<Key>> = (0..groups.len())
         .map(|r| Memo::key(&frozen.changes, Move::Swap, r, around[r].iter().copied()))
