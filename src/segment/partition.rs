@@ -40,6 +40,9 @@ impl Partition {
 
     /// Notes what has changed. Returns how many labels have.
     pub fn note(&mut self, scene: &Scene, sigma: f64) -> usize {
+        if self.changes.is_other_noise(sigma) {
+            self.vain.clear();
+        }
         self.changes.note(scene, &self.shapes, &self.labels, sigma)
     }
 

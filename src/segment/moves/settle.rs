@@ -24,9 +24,6 @@ const LOOK: usize = 64;
 /// Relabels and refits until few labels change. What neither labels nor surfaces have changed beside since the last
 /// time is not looked at.
 pub fn settle(scene: &Scene, model: &mut Partition, sigma: f64, rounds: usize) {
-    if model.changes.is_other_noise(sigma) {
-        model.vain.clear();
-    }
     for _ in 0..rounds {
         if scene.cancelled() {
             return;
