@@ -110,14 +110,17 @@ pub fn loose_hypotheses(
 ) -> Result<Option<Vec<Hypothesis>>, Cancelled> {
     let all = Search::new(scene, families, seed);
     let few = Search { most: LOOK, ..all }.run(trials, |_| false, monitor)?;
-    if stable_share(scene, families, few) <= 0.5 {
+    if !are_mostly_stable(scene, families, few) {
         return Ok(None);
     }
     Ok(Some(judged(scene, families, all.run(trials, |_| false, monitor)?)))
 }
 
-/// Share of the points that hypotheses cover which sound ones do.
-fn stable_share(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> f64 {
+/// Hypotheses judged at once.
+const AT_ONCE: usize = 4;
+
+/// Whether sound hypotheses cover more than half of the points that all cover. As many are judged as it takes to tell.
+fn are_mostly_stable(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> bool {
     let points = |found: &[Hypothesis]| {
         let mut all: Vec<u32> = found.iter().flat_map(|h| h.support.iter().copied()).collect();
         all.sort_unstable();
@@ -125,9 +128,16 @@ fn stable_share(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> f
         all.len()
     };
     let all = points(&found);
-    let mut good = judged(scene, families, found);
-    good.retain(|h| h.sound);
-    points(&good) as f64 / all.max(1) as f64
+    let (mut open, mut sound) = (found, Vec::new());
+    while 2 * points(&sound) <= all {
+        let most = [&sound[..], &open[..]].concat();
+        if open.is_empty() || 2 * points(&most) <= all {
+            return false;
+        }
+        let few = open.drain(..open.len().min(AT_ONCE)).collect();
+        sound.extend(judged(scene, families, few).into_iter().filter(|h| h.sound));
+    }
+    true
 }
 
 /// The hypotheses of a scene without surfaces at any level that stand out of its form.

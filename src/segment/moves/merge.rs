@@ -108,17 +108,22 @@ impl<'a> Pairs<'a> {
         Self { shapes, groups, samples, touching, directions, families, inverse }
     }
 
-    /// Those that may be one surface.
+    /// Those that may be one surface: of one family wherever they lie, or neighbours.
     fn open(&self) -> Vec<(usize, usize)> {
-        let m = self.shapes.len();
-        let all = (0..m).flat_map(|a| (a + 1..m).map(move |b| (a, b)));
-        all.filter(|&(a, b)| {
-            !self.samples[a].is_empty()
-                && !self.samples[b].is_empty()
-                && (self.shapes[a].family == self.shapes[b].family
-                    || self.touching.contains_key(&(a, b)))
-        })
-        .collect()
+        let glances: Vec<Glance> = self.samples.iter().map(|s| Glance::of(s)).collect();
+        let shapes = self.shapes;
+        let may_be = |a: usize, b: usize| {
+            let known = !self.samples[a].is_empty() && !self.samples[b].is_empty();
+            known
+                && if shapes[a].family == shapes[b].family {
+                    could_be_one([&shapes[a], &shapes[b]], [&glances[a], &glances[b]])
+                } else {
+                    self.touching.contains_key(&(a, b))
+                }
+        };
+        let m = shapes.len();
+        let with = |a: usize| (a + 1..m).filter(move |&b| may_be(a, b)).map(move |b| (a, b));
+        (0..m).into_par_iter().flat_map_iter(with).collect()
     }
 
     fn cost(&self, s: &Shape, points: &[Vec3]) -> f64 {
@@ -133,9 +138,6 @@ impl<'a> Pairs<'a> {
     fn joint(&self, a: usize, b: usize) -> Option<Joint> {
         let Self { samples, groups, .. } = self;
         let (sa, sb) = (&self.shapes[a], &self.shapes[b]);
-        if sa.family == sb.family && !could_be_one(sa, sb, &samples[a], &samples[b]) {
-            return None;
-        }
         let points: Vec<Vec3> = samples[a].iter().chain(&samples[b]).copied().collect();
         let needed = asked(&points, groups[a].len() + groups[b].len());
         let length = |s: &Shape, p: &[Vec3]| match s.family {
@@ -176,29 +178,53 @@ impl<'a> Pairs<'a> {
 
 /// Points of each region that the cheap look takes.
 const GLANCE: usize = 100;
+/// Share of the larger region's reach by which most of its points may miss the other's surface for the two to be tried
+/// as one.
+const MISSED: f64 = 0.1;
+/// Cosine of the angle between axes beyond which two surfaces are not one.
+const ALONG: f64 = 0.9;
 
-/// A cheap look before the joint fit: whether sizes and directions are near enough to try.
-fn could_be_one(a: &Shape, b: &Shape, pa: &[Vec3], pb: &[Vec3]) -> bool {
-    let axial = a.family != Family::Sphere && a.family != Family::Ellipsoid;
-    if axial && a.w().dot(&b.w()).abs() <= 0.9 {
-        return false;
+/// A few points of a region, their centre and how far they reach from it.
+struct Glance {
+    points: Vec<Vec3>,
+    centre: Vec3,
+    reach: f64,
+}
+
+impl Glance {
+    fn of(points: &[Vec3]) -> Self {
+        let m = points.len().min(GLANCE);
+        let points: Vec<Vec3> = (0..m).map(|k| points[k * points.len() / m]).collect();
+        let centre = points.iter().sum::<Vec3>() / m.max(1) as f64;
+        let reach = points.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        Self { points, centre, reach }
     }
-    let glance = |p: &[Vec3]| -> Vec<Vec3> {
-        let m = p.len().min(GLANCE);
-        (0..m).map(|k| p[k * p.len() / m]).collect()
-    };
-    let (pa, pb) = (glance(pa), glance(pb));
-    let reach = |p: &[Vec3]| {
-        let c = p.iter().sum::<Vec3>() / p.len().max(1) as f64;
-        p.iter().map(|x| (x - c).norm()).fold(0.0, f64::max)
-    };
-    let size = reach(&pa).max(reach(&pb));
-    let typical = |s: &Shape, p: &[Vec3]| {
-        let mut d: Vec<f64> = p.iter().map(|x| s.distance(x).abs()).collect();
+
+    /// A distance from a surface that no point is nearer to it than: those of two points differ by no more than the
+    /// points do.
+    fn least_distance(&self, s: &Shape) -> f64 {
+        s.distance(&self.centre).abs() - self.reach
+    }
+
+    /// The typical distance from a surface.
+    fn distance(&self, s: &Shape) -> f64 {
+        let mut d: Vec<f64> = self.points.iter().map(|x| s.distance(x).abs()).collect();
         // a region may have lost its last points to its neighbours
         median(&mut d).unwrap_or(f64::INFINITY)
-    };
-    typical(a, &pb).min(typical(b, &pa)) < 0.1 * size
+    }
+}
+
+/// A cheap look before the joint fit: whether sizes and directions are near enough to try.
+fn could_be_one([a, b]: [&Shape; 2], [of_a, of_b]: [&Glance; 2]) -> bool {
+    let axial = a.family != Family::Sphere && a.family != Family::Ellipsoid;
+    if axial && a.w().dot(&b.w()).abs() <= ALONG {
+        return false;
+    }
+    let most = MISSED * of_a.reach.max(of_b.reach);
+    if of_b.least_distance(a).min(of_a.least_distance(b)) >= most {
+        return false;
+    }
+    of_b.distance(a).min(of_a.distance(b)) < most
 }
 
 #[cfg(test)]
