@@ -8,8 +8,8 @@ use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
-use crate::segment::median::median;
 use crate::segment::moves::directions::{Directions, asked};
+use crate::segment::moves::glance::Glance;
 use crate::segment::moves::memo::{Key, Memo, Move};
 use crate::segment::moves::retype::SOUND;
 use crate::segment::objective::BORDER;
@@ -110,7 +110,7 @@ impl<'a> Pairs<'a> {
 
     /// Those that may be one surface: of one family wherever they lie, or neighbours.
     fn open(&self) -> Vec<(usize, usize)> {
-        let glances: Vec<Glance> = self.samples.iter().map(|s| Glance::of(s)).collect();
+        let glances: Vec<Glance> = self.samples.iter().map(|s| Glance::of(s, LOOK)).collect();
         let shapes = self.shapes;
         let may_be = |a: usize, b: usize| {
             let known = !self.samples[a].is_empty() && !self.samples[b].is_empty();
@@ -177,42 +177,12 @@ impl<'a> Pairs<'a> {
 }
 
 /// Points of each region that the cheap look takes.
-const GLANCE: usize = 100;
+const LOOK: usize = 100;
 /// Share of the larger region's reach by which most of its points may miss the other's surface for the two to be tried
 /// as one.
 const MISSED: f64 = 0.1;
 /// Cosine of the angle between axes beyond which two surfaces are not one.
 const ALONG: f64 = 0.9;
-
-/// A few points of a region, their centre and how far they reach from it.
-struct Glance {
-    points: Vec<Vec3>,
-    centre: Vec3,
-    reach: f64,
-}
-
-impl Glance {
-    fn of(points: &[Vec3]) -> Self {
-        let m = points.len().min(GLANCE);
-        let points: Vec<Vec3> = (0..m).map(|k| points[k * points.len() / m]).collect();
-        let centre = points.iter().sum::<Vec3>() / m.max(1) as f64;
-        let reach = points.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
-        Self { points, centre, reach }
-    }
-
-    /// A distance from a surface that no point is nearer to it than: those of two points differ by no more than the
-    /// points do.
-    fn least_distance(&self, s: &Shape) -> f64 {
-        s.distance(&self.centre).abs() - self.reach
-    }
-
-    /// The typical distance from a surface.
-    fn distance(&self, s: &Shape) -> f64 {
-        let mut d: Vec<f64> = self.points.iter().map(|x| s.distance(x).abs()).collect();
-        // a region may have lost its last points to its neighbours
-        median(&mut d).unwrap_or(f64::INFINITY)
-    }
-}
 
 /// A cheap look before the joint fit: whether sizes and directions are near enough to try.
 fn could_be_one([a, b]: [&Shape; 2], [of_a, of_b]: [&Glance; 2]) -> bool {

@@ -2,6 +2,7 @@
 
 pub mod adopt;
 pub mod directions;
+pub mod glance;
 pub mod joint;
 pub mod memo;
 pub mod merge;

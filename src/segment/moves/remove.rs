@@ -4,6 +4,7 @@ use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::moves::directions::{Directions, asked};
+use crate::segment::moves::glance::Glance;
 use crate::segment::moves::memo::{Memo, Move};
 use crate::segment::objective::{SURFACE, UNASSIGNED};
 use crate::segment::partition::{Partition, members, neighbours_of, retain};
@@ -112,6 +113,9 @@ fn explained_by(
     (rise < 0.0).then_some(moved)
 }
 
+/// Points of a region that a first look takes.
+const LOOK: usize = 24;
+
 /// Other regions whose surface runs through most of `b`'s points.
 fn explaining(
     scene: &Scene,
@@ -120,12 +124,15 @@ fn explaining(
     b: usize,
     inverse: f64,
 ) -> Vec<usize> {
-    let few = take(scene, group, 24);
+    let few = Glance::of(&take(scene, group, LOOK), LOOK);
+    let reach = (UNASSIGNED / inverse).sqrt();
     (0..model.shapes.len())
         .filter(|&a| {
             let s = &model.shapes[a];
-            let near = few.iter().filter(|p| s.distance(p).powi(2) * inverse < UNASSIGNED);
-            a != b && near.count() * 2 > few.len()
+            let near = |p: &&Vec3| s.distance(p).powi(2) * inverse < UNASSIGNED;
+            a != b
+                && few.least_distance(s) < reach
+                && few.points.iter().filter(near).count() * 2 > few.points.len()
         })
         .collect()
 }
