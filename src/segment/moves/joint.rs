@@ -4,7 +4,8 @@
 //! shows it, and growth passes the joint. What gives it away is that residuals go together, by less than at a
 //! [step](super::step); and that two surfaces, each for the points on its side of some cut, cost less.
 
-use rayon::prelude::*;
+use crate::segment::moves::pieces::Piece;
+use crate::segment::moves::site::Site;
 
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
@@ -12,7 +13,6 @@ use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::{Mat3, Vec3};
 use crate::segment::family::{Families, Scored};
 use crate::segment::judge::whiteness::correlation;
-use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_with_normals;
 
@@ -42,42 +42,21 @@ const EXPLAINED: f64 = 1.35;
 /// What two surfaces must save in BIC beside one, over their parameters.
 const STRONG: f64 = 60.0;
 
-/// Puts two surfaces in the place of each that two explain for less, one on either side of a plane cut. Returns how
-/// many there were.
-pub fn split_compounds(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
-    // A form error goes together everywhere.
-    if model.form_error {
-        return 0;
+/// Two surfaces instead of one that they explain for less, one on either side of a plane cut.
+pub fn sides(site: &Site<'_>) -> Option<Vec<Piece>> {
+    let Site { scene, model, families, region, group, .. } = *site;
+    let shape = site.shape();
+    let inside = |j: u32| model.labels[j as usize] == region as i32;
+    let chance = CHANCE / (group.len().max(1) as f64).sqrt();
+    let suspect = group.len() >= 2 * LEAST
+        && shape.family.dof() > Family::Cylinder.dof()
+        && correlation(scene, shape, group, families.sigma, inside) > SUSPECT + chance;
+    if !suspect {
+        return None;
     }
-    let groups = members(&model.labels, model.shapes.len());
-    let frozen: &Partition = model;
-    let found: Vec<Option<Split>> = frozen
-        .shapes
-        .par_iter()
-        .zip(&groups)
-        .enumerate()
-        .map(|(l, (shape, group))| {
-            let inside = |j: u32| frozen.labels[j as usize] == l as i32;
-            let chance = CHANCE / (group.len().max(1) as f64).sqrt();
-            let suspect = group.len() >= 2 * LEAST
-                && !scene.cancelled()
-                && shape.family.dof() > Family::Cylinder.dof()
-                && correlation(scene, shape, group, families.sigma, inside) > SUSPECT + chance;
-            suspect.then(|| split(scene, shape, group, families))?
-        })
-        .collect();
-    let mut count = 0;
-    for (region, found) in found.into_iter().enumerate() {
-        let Some(Split { cut, shapes: [own, other] }) = found else { continue };
-        let label = model.shapes.len() as i32;
-        model.shapes[region] = own;
-        model.shapes.push(other);
-        for &i in groups[region].iter().filter(|&&i| cut.is_beyond(&scene.points[i as usize])) {
-            model.labels[i as usize] = label;
-        }
-        count += 1;
-    }
-    count
+    let Split { cut, shapes: [own, other] } = split(scene, shape, group, families)?;
+    let (beyond, below) = group.iter().partition(|&&i| cut.is_beyond(&scene.points[i as usize]));
+    Some(vec![(own, below), (other, beyond)])
 }
 
 /// A plane cut: points whose height along `axis` is more than `at` lie beyond.
@@ -223,6 +202,7 @@ mod tests {
     use crate::fit::fits::Random;
     use crate::segment::Parameters;
     use crate::segment::family::Policy;
+    use crate::segment::moves::split;
     use crate::segment::prepare::morton::morton_order;
 
     const SIGMA: f64 = 0.01;
@@ -264,7 +244,7 @@ mod tests {
     #[test]
     fn arcs_that_bend_the_same_way_are_told_apart() {
         let (scene, mut model, families) = arcs(11.5);
-        assert_eq!(split_compounds(&scene, &mut model, &families), 1);
+        assert_eq!(split::split(&scene, &mut model, &families), 1);
         let mut radii: Vec<f64> = model.shapes.iter().map(|s| s.size[0]).collect();
         radii.sort_by(f64::total_cmp);
         assert!((radii[0] - 10.0).abs() < 0.1 && (radii[1] - 11.5).abs() < 0.1, "{radii:?}");
@@ -278,6 +258,6 @@ mod tests {
     #[test]
     fn one_arc_stays_one() {
         let (scene, mut model, families) = arcs(10.0);
-        assert_eq!(split_compounds(&scene, &mut model, &families), 0);
+        assert_eq!(split::split(&scene, &mut model, &families), 0);
     }
 }

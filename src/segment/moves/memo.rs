@@ -15,6 +15,8 @@ pub enum Move {
     Merge,
     /// None for a region that others explain.
     Remove,
+    /// Several surfaces for one.
+    Split,
 }
 
 /// Moves that gained nothing, by the revisions of the regions that they were tried on.

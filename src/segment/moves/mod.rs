@@ -12,19 +12,19 @@ pub mod remove;
 pub mod retype;
 pub mod rings;
 pub mod settle;
+pub mod site;
+pub mod split;
 pub mod step;
 pub mod strips;
 pub mod swap;
 pub mod trial;
 
 use crate::segment::family::Families;
-use crate::segment::moves::joint::split_compounds;
 use crate::segment::moves::merge::merge;
-use crate::segment::moves::planes::break_bridges;
 use crate::segment::moves::remove::remove_needless;
 use crate::segment::moves::retype::retype;
 use crate::segment::moves::settle::settle;
-use crate::segment::moves::step::split_steps;
+use crate::segment::moves::split::split;
 use crate::segment::moves::swap::swap_families;
 use crate::segment::partition::{Partition, prune};
 use crate::segment::prepare::scene::Scene;
@@ -68,9 +68,7 @@ pub fn converge(
         monitor.check()?;
         let swapped = swap_families(scene, model, families);
         monitor.check()?;
-        let broken = break_bridges(scene, model, families)
-            + split_steps(scene, model, families)
-            + split_compounds(scene, model, families);
+        let broken = split(scene, model, families);
         monitor.check()?;
         model.merges += merge(scene, model, families);
         monitor.check()?;

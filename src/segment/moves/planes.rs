@@ -6,19 +6,15 @@
 //! [`directions`](super::directions).
 
 use crate::segment::moves::pieces::SAMPLE;
-use rayon::prelude::*;
+use crate::segment::moves::site::Site;
 
 use crate::fit::least_squares::{Options, fit};
-use crate::fit::{Family, Shape, starts};
+use crate::fit::{Shape, starts};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::grow::walk::Walk;
-use crate::segment::moves::directions::Directions;
 use crate::segment::moves::pieces::{LEAST, Piece, SMOOTH, large_pieces};
-use crate::segment::moves::rings::cones_instead;
-use crate::segment::moves::strips::strips_instead;
 use crate::segment::objective::DOUBT;
-use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
@@ -27,55 +23,13 @@ const CURVED: f64 = 0.4;
 
 const LOOK: usize = 250;
 
-/// Puts planes in the place of every curved surface that is curved in no large connected piece of its region, and
-/// of every plane through strips that lie parallel to a better known one; cones in the place of every torus or
-/// ellipsoid through rings that they fit as well. Returns how many surfaces went.
-pub fn break_bridges(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
-    let groups = members(&model.labels, model.shapes.len());
-    let directions = Directions::of(scene, &model.shapes, &groups);
-    let frozen: &Partition = model;
-    let broken: Vec<Option<Vec<Piece>>> = frozen
-        .shapes
-        .par_iter()
-        .zip(&groups)
-        .enumerate()
-        .map_init(
-            || Walk::new(scene.len()),
-            |walk, (region, (s, g))| {
-                if g.len() < 2 * LEAST || scene.cancelled() {
-                    return None;
-                }
-                if s.family == Family::Plane {
-                    return strips_instead(scene, s, g, &directions, families);
-                }
-                if let Some(rings) = cones_instead(scene, frozen, region, g, families) {
-                    return Some(rings.to_vec());
-                }
-                let suspect = !is_curved(scene, walk, s, g, &frozen.labels, families);
-                suspect.then(|| planes_instead(scene, s, g, families)).flatten()
-            },
-        )
-        .collect();
-    let mut count = 0;
-    for (region, planes) in broken.into_iter().enumerate() {
-        let Some(planes) = planes else { continue };
-        count += 1;
-        for &i in &groups[region] {
-            model.labels[i as usize] = -1;
-        }
-        for (k, (shape, piece)) in planes.into_iter().enumerate() {
-            let label = if k == 0 { region } else { model.shapes.len() };
-            if k == 0 {
-                model.shapes[region] = shape;
-            } else {
-                model.shapes.push(shape);
-            }
-            for i in piece {
-                model.labels[i as usize] = label as i32;
-            }
-        }
-    }
-    count
+/// Planes instead of a curved surface that is curved in no large connected piece of its region.
+pub fn instead(site: &Site<'_>, walk: &mut Walk) -> Option<Vec<Piece>> {
+    let Site { scene, model, families, group, .. } = *site;
+    let shape = site.shape();
+    let suspect =
+        group.len() >= 2 * LEAST && !is_curved(scene, walk, shape, group, &model.labels, families);
+    suspect.then(|| planes_instead(scene, shape, group, families)).flatten()
 }
 
 /// Whether a region's surface is curved over the piece around its middle member: a look that saves going
@@ -144,6 +98,7 @@ mod tests {
     use super::*;
     use crate::segment::Parameters;
     use crate::segment::family::Policy;
+    use crate::segment::moves::split::split;
     use crate::segment::random::SplitMix64;
 
     const SIGMA: f64 = 0.02;
@@ -171,7 +126,7 @@ mod tests {
         let labels = vec![0; points.len()];
         let scene = Scene::new(points);
         let mut model = Partition { shapes: vec![shape], labels, ..Partition::default() };
-        let count = break_bridges(&scene, &mut model, &families());
+        let count = split(&scene, &mut model, &families());
         (count, model.shapes.iter().map(|s| s.family).collect())
     }
 
@@ -235,7 +190,7 @@ mod tests {
             labels: (0..points.len()).map(|k| i32::from(k >= n)).collect(),
             ..Partition::default()
         };
-        let count = break_bridges(&Scene::new(points), &mut model, &families());
+        let count = split(&Scene::new(points), &mut model, &families());
         assert_eq!((count, model.shapes.len()), (1, 3));
         assert_eq!(
             members(&model.labels, 3).iter().map(Vec::len).collect::<Vec<_>>(),

@@ -8,8 +8,9 @@ use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
+use crate::segment::moves::pieces::Piece;
+use crate::segment::moves::site::Site;
 use crate::segment::objective::{ACCEPT, DOUBT};
-use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
@@ -27,14 +28,9 @@ const AROUND: f64 = 0.5;
 ///
 /// The surface has drawn points beside the rings' edges, which it runs through: they cost what the surfaces of other
 /// regions ask for them.
-pub fn cones_instead(
-    scene: &Scene,
-    model: &Partition,
-    region: usize,
-    group: &[u32],
-    families: &Families,
-) -> Option<[(Shape, Vec<u32>); 2]> {
-    let shape = &model.shapes[region];
+pub fn instead(site: &Site<'_>) -> Option<Vec<Piece>> {
+    let Site { scene, model, families, region, group, .. } = *site;
+    let shape = site.shape();
     let mut axes = match shape.family {
         Family::Torus => 2..3,
         Family::Ellipsoid => 0..3,
@@ -53,7 +49,7 @@ pub fn cones_instead(
             - cost(&a, &points[0])
             - cost(&b, &points[1]);
         let [first, second] = rings;
-        (gain > -DOUBT).then_some([(a, first), (b, second)])
+        (gain > -DOUBT).then(|| vec![(a, first), (b, second)])
     })
 }
 
@@ -127,6 +123,7 @@ mod tests {
     use crate::geometry::Mat3;
     use crate::segment::Parameters;
     use crate::segment::family::Policy;
+    use crate::segment::moves::directions::Directions;
 
     const SIGMA: f64 = 0.01;
 
@@ -160,9 +157,18 @@ mod tests {
             labels: vec![0; rings.len()],
             ..Partition::default()
         };
-        let found = cones_instead(rings, &model, 0, &group, &families)?;
+        let directions = Directions::of(rings, &model.shapes, std::slice::from_ref(&group));
+        let site = Site {
+            scene: rings,
+            model: &model,
+            families: &families,
+            directions: &directions,
+            region: 0,
+            group: &group,
+        };
+        let found = instead(&site)?;
         assert!(found.iter().all(|c| c.1.len() == group.len() / 2));
-        Some(found.map(|c| c.0).to_vec())
+        Some(found.into_iter().map(|c| c.0).collect())
     }
 
     #[test]

@@ -4,13 +4,13 @@
 //! point there lies off the surface, and one surface between the two, mostly a cone, explains nearly all. What gives
 //! it away is that residuals go together far beyond neighbours, above on one side of the step and below on the other.
 
-use rayon::prelude::*;
+use crate::segment::moves::pieces::Piece;
+use crate::segment::moves::site::Site;
 
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Ruler, Shape};
 use crate::segment::family::Families;
-use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_with_normals;
 use crate::segment::union::Union;
@@ -44,42 +44,12 @@ const UNEVEN: f64 = 1.4;
 /// Rounds in which residuals are averaged with those of their neighbours.
 const SMOOTHING: usize = 2;
 
-/// One side of a step: its surface and its points.
-type Side = (Shape, Vec<u32>);
-
-/// Puts two surfaces in the place of each whose residuals are of one sign on one side of a step and of the other
-/// beyond it. Returns how many there were.
-pub fn split_steps(scene: &Scene, model: &mut Partition, families: &Families) -> usize {
-    // A form error looks like steps everywhere.
-    if model.form_error {
-        return 0;
-    }
-    let groups = members(&model.labels, model.shapes.len());
-    let found: Vec<Option<[Side; 2]>> = model
-        .shapes
-        .par_iter()
-        .zip(&groups)
-        .map(|(shape, group)| {
-            let enough = group.len() >= 2 * LEAST && !scene.cancelled();
-            (enough && is_uneven(scene, shape, group, families.sigma))
-                .then(|| sides(scene, shape, group, families))?
-        })
-        .collect();
-    let mut count = 0;
-    for (region, found) in found.into_iter().enumerate() {
-        let Some([(shape, own), (other, beyond)]) = found else { continue };
-        let label = model.shapes.len() as i32;
-        model.shapes[region] = shape;
-        model.shapes.push(other);
-        // what belongs to neither side yet goes to the one that suits it as labels settle
-        for &i in &groups[region] {
-            model.labels[i as usize] = -1;
-        }
-        own.into_iter().for_each(|i| model.labels[i as usize] = region as i32);
-        beyond.into_iter().for_each(|i| model.labels[i as usize] = label);
-        count += 1;
-    }
-    count
+/// Two surfaces instead of one whose residuals are of one sign on one side of a step and of the other beyond it.
+pub fn sides(site: &Site<'_>) -> Option<Vec<Piece>> {
+    let Site { scene, families, group, .. } = *site;
+    let shape = site.shape();
+    let uneven = group.len() >= 2 * LEAST && is_uneven(scene, shape, group, families.sigma);
+    uneven.then(|| two_sides(scene, shape, group, families)).flatten().map(Vec::from)
 }
 
 /// Whether the mean residuals of blocks of points that lie together spread more than the noise makes them.
@@ -97,7 +67,12 @@ fn is_uneven(scene: &Scene, shape: &Shape, group: &[u32], sigma: f64) -> bool {
 }
 
 /// The two sides of the step in a region, where there is one that is worth two surfaces.
-fn sides(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Option<[Side; 2]> {
+fn two_sides(
+    scene: &Scene,
+    shape: &Shape,
+    group: &[u32],
+    families: &Families,
+) -> Option<[Piece; 2]> {
     let n = group.len();
     let beside: Vec<Vec<u32>> = group
         .iter()
@@ -171,7 +146,7 @@ fn judged(
     shape: &Shape,
     [upper, lower]: [Vec<u32>; 2],
     families: &Families,
-) -> Option<[Side; 2]> {
+) -> Option<[Piece; 2]> {
     let best = |side: &[u32]| {
         let (points, normals) = take_with_normals(scene, side, SAMPLE);
         let all = families.each(&Patch { points: &points, normals: &normals }, &[*shape]);
@@ -208,6 +183,7 @@ mod tests {
     use crate::geometry::Vec3;
     use crate::segment::Parameters;
     use crate::segment::family::Policy;
+    use crate::segment::moves::split::split;
     use crate::segment::prepare::morton::morton_order;
     use crate::segment::prepare::take::take;
 
@@ -244,7 +220,7 @@ mod tests {
     #[test]
     fn a_step_of_little_more_than_the_noise_parts_two_cylinders() {
         let (scene, mut model, families) = shaft(1.5 * SIGMA);
-        assert_eq!(split_steps(&scene, &mut model, &families), 1);
+        assert_eq!(split(&scene, &mut model, &families), 1);
         let mut radii: Vec<f64> = model.shapes.iter().map(|s| s.size[0]).collect();
         radii.sort_by(f64::total_cmp);
         assert!((radii[0] - 12.0).abs() < 0.002 && (radii[1] - 12.015).abs() < 0.002, "{radii:?}");
@@ -272,7 +248,7 @@ mod tests {
         let labels = vec![0; points.len()];
         let (scene, mut model) =
             (Scene::new(points), Partition { shapes, labels, ..Partition::default() });
-        assert_eq!(split_steps(&scene, &mut model, &families), 1);
+        assert_eq!(split(&scene, &mut model, &families), 1);
         let least = members(&model.labels, 2).iter().map(Vec::len).min().unwrap();
         assert!((24..240).contains(&least), "{least}");
     }
@@ -284,7 +260,7 @@ mod tests {
         let cone = Shape { family: Family::Cone, size: [12.006, 0.0006, 0.0], ..model.shapes[0] };
         let options = Options { cauchy: None, steps: 30, tolerance: 1e-9 };
         model.shapes[0] = fit(&cone, &points, None, &options).unwrap().shape;
-        assert_eq!(split_steps(&scene, &mut model, &families), 1);
+        assert_eq!(split(&scene, &mut model, &families), 1);
         for (z, r) in [(8.0, 12.0), (12.0, 12.0), (18.0, 12.012), (22.0, 12.012)] {
             let off = model.shapes.iter().map(|s| s.distance(&Vec3::new(0.0, r, z)).abs());
             assert!(off.fold(f64::INFINITY, f64::min) < 0.3 * SIGMA, "{z}: {:?}", model.shapes);
@@ -294,6 +270,6 @@ mod tests {
     #[test]
     fn one_cylinder_stays_one() {
         let (scene, mut model, families) = shaft(0.0);
-        assert_eq!(split_steps(&scene, &mut model, &families), 0);
+        assert_eq!(split(&scene, &mut model, &families), 0);
     }
 }

@@ -2,22 +2,20 @@
 
 use crate::fit::Shape;
 use crate::geometry::Vec3;
-use crate::segment::family::Families;
-use crate::segment::moves::directions::{Directions, asked};
+use crate::segment::moves::directions::asked;
 use crate::segment::moves::pieces::SAMPLE;
-use crate::segment::moves::pieces::{Piece, large_pieces};
-use crate::segment::prepare::scene::Scene;
+use crate::segment::moves::pieces::{LEAST, Piece, large_pieces};
+use crate::segment::moves::site::Site;
 use crate::segment::prepare::take::take;
 
 /// A plane for each large piece of a plane's region where they are parallel to a better known plane, at heights
 /// of their own.
-pub fn strips_instead(
-    scene: &Scene,
-    plane: &Shape,
-    group: &[u32],
-    directions: &Directions,
-    families: &Families,
-) -> Option<Vec<Piece>> {
+pub fn instead(site: &Site<'_>) -> Option<Vec<Piece>> {
+    let Site { scene, families, directions, group, .. } = *site;
+    let plane = site.shape();
+    if group.len() < 2 * LEAST {
+        return None;
+    }
     let own = |points: &[Vec3]| families.score(*plane, points).chi2;
     let whole = take(scene, group, SAMPLE);
     let needed = asked(&whole, group.len());
