@@ -198,6 +198,7 @@ impl Along {
 
 #[cfg(test)]
 mod tests {
+    use crate::segment::partition::Partition;
     use super::*;
     use crate::fit::fits::Random;
     use crate::segment::Parameters;

@@ -95,6 +95,8 @@ fn planes_instead(
 
 #[cfg(test)]
 mod tests {
+    use crate::fit::Family;
+    use crate::segment::partition::{Partition, members};
     use super::*;
     use crate::segment::Parameters;
     use crate::segment::family::Policy;

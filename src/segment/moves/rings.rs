@@ -118,6 +118,7 @@ fn cone_instead(shape: &Shape, axis: &Vec3, points: &[Vec3], families: &Families
 
 #[cfg(test)]
 mod tests {
+    use crate::segment::partition::Partition;
     use super::*;
     use crate::fit::fits::Random;
     use crate::geometry::Mat3;

@@ -177,6 +177,7 @@ fn middle_of(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use crate::segment::partition::{Partition, members};
     use super::*;
     use crate::fit::Family;
     use crate::fit::fits::Random;
