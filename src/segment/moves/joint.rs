@@ -198,12 +198,12 @@ impl Along {
 
 #[cfg(test)]
 mod tests {
-    use crate::segment::partition::Partition;
     use super::*;
     use crate::fit::fits::Random;
     use crate::segment::Parameters;
     use crate::segment::family::Policy;
     use crate::segment::moves::split;
+    use crate::segment::partition::Partition;
     use crate::segment::prepare::morton::morton_order;
 
     const SIGMA: f64 = 0.01;

@@ -95,12 +95,12 @@ fn planes_instead(
 
 #[cfg(test)]
 mod tests {
-    use crate::fit::Family;
-    use crate::segment::partition::{Partition, members};
     use super::*;
+    use crate::fit::Family;
     use crate::segment::Parameters;
     use crate::segment::family::Policy;
     use crate::segment::moves::split::split;
+    use crate::segment::partition::{Partition, members};
     use crate::segment::random::SplitMix64;
 
     const SIGMA: f64 = 0.02;

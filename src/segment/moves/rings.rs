@@ -118,13 +118,13 @@ fn cone_instead(shape: &Shape, axis: &Vec3, points: &[Vec3], families: &Families
 
 #[cfg(test)]
 mod tests {
-    use crate::segment::partition::Partition;
     use super::*;
     use crate::fit::fits::Random;
     use crate::geometry::Mat3;
     use crate::segment::Parameters;
     use crate::segment::family::Policy;
     use crate::segment::moves::directions::Directions;
+    use crate::segment::partition::Partition;
 
     const SIGMA: f64 = 0.01;
 

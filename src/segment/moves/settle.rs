@@ -59,7 +59,7 @@ fn refit(scene: &Scene, model: &mut Partition, sigma: f64) {
 }
 
 /// Whether two surfaces differ where some points lie.
-fn is_another(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
+pub fn is_another(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
     let [a, b] = [a, b].map(Ruler::of);
     points
         .iter()

@@ -177,7 +177,6 @@ fn middle_of(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::segment::partition::{Partition, members};
     use super::*;
     use crate::fit::Family;
     use crate::fit::fits::Random;
@@ -185,6 +184,7 @@ mod tests {
     use crate::segment::Parameters;
     use crate::segment::family::Policy;
     use crate::segment::moves::split::split;
+    use crate::segment::partition::{Partition, members};
     use crate::segment::prepare::morton::morton_order;
     use crate::segment::prepare::take::take;
 

@@ -36,7 +36,8 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
                 if vain || groups[r].len() < 20 || scene.cancelled() {
                     return None;
                 }
-                let candidates = candidates(scene, frozen, families, &groups[r], r);
+                let found = candidates(scene, frozen, families, &groups[r], r);
+                let candidates = on_more_points(scene, frozen, families, &groups[r], r, found);
                 if candidates.is_empty() {
                     return None;
                 }
@@ -68,7 +69,7 @@ fn candidates(
     group: &[u32],
     region: usize,
 ) -> Vec<Shape> {
-    let (points, normals) = take_core(scene, &model.labels, group, region as i32, 600);
+    let (points, normals) = take_core(scene, &model.labels, group, region as i32, FEW);
     let current = model.shapes[region];
     let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
     let size = points.iter().map(|p| (p - centroid).norm()).fold(0.0, f64::max);
@@ -94,6 +95,34 @@ fn candidates(
             family => family.dof() <= current.family.dof() + 2,
         })
         .collect()
+}
+
+/// Points of a region's core that candidates are fitted to, and those of one with more than twice as many that they
+/// are fitted to again: chance alone lets a richer family gain on a few what counts much on all.
+const FEW: usize = 600;
+const MANY: usize = 4000;
+
+/// Those of the candidates for a large region that may still gain when they and its own surface are fitted to more of
+/// its points.
+fn on_more_points(
+    scene: &Scene,
+    model: &Partition,
+    families: &Families,
+    group: &[u32],
+    region: usize,
+    found: Vec<Shape>,
+) -> Vec<Shape> {
+    if found.is_empty() || group.len() < 2 * FEW {
+        return found;
+    }
+    let (points, _) = take_core(scene, &model.labels, group, region as i32, MANY);
+    let refit = |s: &Shape| {
+        let shape = families.polish(s, &points, 8).map_or(*s, |f| f.shape);
+        families.score(shape, &points)
+    };
+    let own = refit(&model.shapes[region]);
+    let gains = |s: &Scored| may_gain(&own, s, points.len(), group.len(), BOUNDARY);
+    found.iter().map(refit).filter(gains).map(|s| s.shape).collect()
 }
 
 /// Angle around the tube of a torus that its points span, from the middle of them to the furthest on either side.

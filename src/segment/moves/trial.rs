@@ -5,6 +5,7 @@ use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::labelling::Labelling;
+use crate::segment::moves::settle::is_another;
 use crate::segment::objective::{SURFACE, UNASSIGNED};
 use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
@@ -170,8 +171,10 @@ impl<'a> Trial<'a> {
             }
             let thin: Vec<Vec3> = own.iter().step_by(own.len().div_ceil(6000)).copied().collect();
             let o = Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-5 };
-            if let Some(f) = fit(&shape, &thin, None, &o) {
-                shape = f.shape;
+            match fit(&shape, &thin, None, &o) {
+                Some(f) if is_another(&shape, &f.shape, &thin, sigma) => shape = f.shape,
+                // the same labels would come of it
+                _ => break,
             }
         }
         (self.energy(&shape), shape)
