@@ -19,7 +19,7 @@ const BUSY: u32 = 6;
 ///
 /// Each heap keeps the most it has held, and there may be eight a processor. No more threads than
 /// processors are at work at a time, so two heaps a processor do: after ten minutes of mixed load the
-/// process had 59 MB so, and 80 MB with eight.
+/// process had 60 MB so, and 80 MB with eight.
 pub fn keep() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

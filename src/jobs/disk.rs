@@ -98,7 +98,7 @@ impl DiskStore {
         store.change(0, |_| Ok(()))?;
         if let Err(error) = store.count_crashes() {
             // without them a job may be run once too often
-            tracing::error!(%error, "the jobs that ran when the last process ended cannot be noted");
+            tracing::error!(%error, "the jobs that ran when the last process ended cannot be counted");
         }
         Ok(store)
     }
