@@ -144,7 +144,7 @@ impl Server {
         }
         let expiry = tokio::spawn(expire(Arc::clone(&service)));
         let upkeep = tokio::spawn(measure::keep_up());
-        let memory = tokio::spawn(memory::give_back_when_idle(Arc::clone(&service)));
+        let memory = tokio::spawn(memory::give_back(Arc::clone(&service)));
         stop.cancelled().await;
         tracing::info!("draining");
         grpc::end(&health).await;

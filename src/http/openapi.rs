@@ -306,6 +306,8 @@ fn applies(kind: ErrorKind, id: &str) -> bool {
         K::Internal | K::MalformedRequest => true,
         // every path has these; they are the answer to another path or method than described
         K::NotFound | K::MethodNotAllowed => false,
+        // what a job says of itself
+        K::RunCrashed => false,
         K::Unauthenticated => !open,
         K::JobNotFound => !open && id != "createSegmentation",
         K::JobNotFinished | K::JobFailed | K::StorageDamaged => result,

@@ -18,8 +18,12 @@ use super::{
 };
 
 mod drive;
+mod resume;
 #[cfg(test)]
 mod tests;
+
+/// Shared by the runs of jobs, unless one is to be alone.
+type Company = Arc<tokio::sync::RwLock<()>>;
 
 /// A store that takes longer to say how it is does not work.
 const LONGEST_PROBE: Duration = Duration::from_secs(5);
@@ -75,44 +79,11 @@ pub struct Book {
     closing: CancellationToken,
     // ended runs whose end the store does not take; while there are any, no other begins
     unwritten: watch::Sender<usize>,
+    // runs share it; one that may end the process has it alone
+    company: Company,
 }
 
 impl Book {
-    /// The jobs of `store`; those that had not ended are queued again.
-    ///
-    /// # Errors
-    /// The store fails.
-    pub fn open(
-        config: BookConfig,
-        pool: Arc<Pool>,
-        store: Arc<dyn Store>,
-        runner: Arc<dyn Runner>,
-    ) -> Result<Arc<Self>, StoreError> {
-        let records = store.records()?;
-        let mut register = Register::default();
-        let mut unfinished = Vec::new();
-        for record in records {
-            let job = Job::new(record.clone());
-            job.admit(Ok(()));
-            register.add(Arc::clone(&job));
-            if record.state.is_final() {
-                register.ended(&record);
-            } else {
-                unfinished.push(job);
-            }
-        }
-        let (jobs, tasks) = (Mutex::new(register), TaskTracker::new());
-        let (probing, unwritten) = (Arc::default(), watch::Sender::new(0));
-        let closing = CancellationToken::new();
-        let book = Self { config, pool, store, runner, jobs, tasks, probing, closing, unwritten };
-        let book = Arc::new(book);
-        for job in unfinished {
-            // accepted by an earlier process, so it needs no place in the queue
-            book.spawn(&job, Arc::clone(&book).drive(Arc::clone(&job), None, None));
-        }
-        Ok(book)
-    }
-
     fn jobs(&self) -> MutexGuard<'_, Register> {
         self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -267,8 +238,10 @@ impl Book {
         told.unwrap_or_else(|_| Err(StoreError::Failed("its disk does not answer".to_owned())))
     }
 
-    /// The service ends: nobody need wait here for jobs that the next process does.
+    /// The service ends: nobody need wait here for jobs that the next process does, and what it cuts
+    /// short has not crashed.
     pub fn close(&self) {
+        self.store.close();
         if self.store.durable() {
             self.closing.cancel();
         }

@@ -17,13 +17,15 @@ use super::{JobRecord, Store, StoreError};
 use file::DatabaseFile;
 use handle::{Handle, Source, Trouble};
 use room::Room;
-use row::{INPUTS, RECORDS, RESULTS, Rows};
+use row::{INPUTS, RECORDS, RESULTS, Rows, record_in, record_of, text_of};
+use running::Running;
 
 mod file;
 mod handle;
 mod overlay;
 mod room;
 mod row;
+mod running;
 mod salvage;
 #[cfg(test)]
 mod tests;
@@ -39,6 +41,7 @@ const PROBES: TableDefinition<'_, u128, &[u8]> = TableDefinition::new("probes");
 #[derive(Debug)]
 pub struct DiskStore {
     handle: Handle,
+    running: Running,
     room: Room,
     // inserts that failed and may be there all the same
     unsure: Mutex<BTreeSet<u128>>,
@@ -74,16 +77,53 @@ impl DiskStore {
     /// # Errors
     /// The file cannot be used, is no database, or is in use by another process.
     pub fn open(path: &Path, cache: usize) -> Result<Self, StoreError> {
-        Self::new(DatabaseFile::new(path, cache))
+        let notes = path.with_extension("running");
+        Self::new(DatabaseFile::new(path, cache), || {
+            Running::open(&notes).map_err(|error| {
+                StoreError::Failed(format!("{} cannot be used: {error}", notes.display()))
+            })
+        })
     }
 
-    /// The store in the database of `source`.
-    fn new(source: impl Source + 'static) -> Result<Self, StoreError> {
+    /// The store in the database of `source`, with the notes of what runs; they are opened once the
+    /// database is this process's.
+    fn new(
+        source: impl Source + 'static,
+        running: impl FnOnce() -> Result<Running, StoreError>,
+    ) -> Result<Self, StoreError> {
         let handle = Handle::open(source)?;
-        let store = Self { handle, room: Room::default(), unsure: Mutex::default() };
+        let (room, unsure) = (Room::default(), Mutex::default());
+        let store = Self { handle, running: running()?, room, unsure };
         // tables come to be when they are opened for writing; reading needs them all
         store.change(0, |_| Ok(()))?;
+        if let Err(error) = store.count_crashes() {
+            // without them a job may be run once too often
+            tracing::error!(%error, "the jobs that ran when the last process ended cannot be counted");
+        }
         Ok(store)
+    }
+
+    /// Counts in its record the crash of each job that was at work when the last process ended.
+    fn count_crashes(&self) -> Result<(), StoreError> {
+        let mut crashed = Vec::new();
+        for (id, crashes) in self.running.left().map_err(noted)? {
+            let Ok(Some(text)) = self.read(RECORDS, id) else { continue };
+            let Some(mut record) = record_of(&text) else { continue };
+            // a note that was counted before is not counted again
+            if !record.state.is_final() && record.crashes < crashes {
+                record.crashes += 1;
+                let text = text_of(&record)?;
+                crashed.push((id.as_u128(), row::sealed(RECORDS, id.as_u128(), &text), text));
+            }
+        }
+        let bytes = crashed.iter().map(|(_, _, text)| text.len() as u64).sum();
+        if !crashed.is_empty() {
+            self.change(bytes, |tables| {
+                let mut rows = crashed.iter();
+                rows.try_for_each(|(id, seal, text)| row::put(&mut tables.records, *id, seal, text))
+            })?;
+        }
+        self.running.clear().map_err(noted)
     }
 
     fn unsure(&self) -> MutexGuard<'_, BTreeSet<u128>> {
@@ -148,19 +188,9 @@ impl DiskStore {
     }
 }
 
-fn text_of(record: &JobRecord) -> Result<Vec<u8>, StoreError> {
-    serde_json::to_vec(record).map_err(|error| StoreError::Failed(error.to_string()))
-}
-
-/// The record in a row; `None`, and a line in the log, where the row is damaged.
-fn record_in(id: u128, row: &[u8]) -> Option<JobRecord> {
-    let record = row::unsealed(RECORDS, id, row);
-    let record = record.and_then(|text| serde_json::from_slice(text).ok());
-    if record.is_none() {
-        let id = Uuid::from_u128(id);
-        tracing::error!(job_id = %id, "the record of a job is damaged: the job is left out");
-    }
-    record
+/// The failure of a note.
+fn noted(error: std::io::Error) -> StoreError {
+    Trouble::of(redb::Error::Io(error)).error()
 }
 
 impl Store for DiskStore {
@@ -181,6 +211,20 @@ impl Store for DiskStore {
             self.unsure().insert(id);
         }
         kept
+    }
+
+    fn begin(&self, record: &JobRecord) -> Result<(), StoreError> {
+        self.running.add(record.id, record.crashes.saturating_add(1)).map_err(noted)
+    }
+
+    fn leave(&self, id: Uuid) {
+        self.running.remove(id);
+    }
+
+    fn close(&self) {
+        if let Err(error) = self.running.close() {
+            tracing::warn!(%error, "the jobs at work count as crashed when they are cut short");
+        }
     }
 
     fn finish(&self, record: &JobRecord, result: Option<Bytes>) -> Result<(), StoreError> {

@@ -81,6 +81,12 @@ pub enum PoolError {
     /// The pool is closing.
     #[error("the pool is closed")]
     Closed,
+    /// The process has ended each time the work was begun.
+    #[error("the process ended {times} times while the work ran")]
+    Crashed {
+        /// How often.
+        times: u32,
+    },
 }
 
 /// A place in the queue, kept until the run begins.

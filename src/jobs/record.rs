@@ -78,6 +78,9 @@ pub struct JobRecord {
     pub result_bytes: u64,
     /// Why it failed.
     pub fault: Option<Fault>,
+    /// How many processes ended suddenly while it ran.
+    #[serde(default)]
+    pub crashes: u32,
 }
 
 /// What a submitter says of a job.
@@ -109,6 +112,7 @@ impl JobRecord {
             finished_ms: None,
             result_bytes: 0,
             fault: None,
+            crashes: 0,
         }
     }
 
@@ -157,5 +161,15 @@ mod tests {
         grows(&record, 6000);
         record.fault = Some(Fault { code: long(), detail: long() });
         grows(&record, 6000);
+    }
+
+    #[test]
+    fn a_record_of_an_earlier_version_is_one() {
+        let text = r#"{"id": "0190163d-8694-739b-aea5-966c26f8ad91", "owner": null,
+            "idempotency": null, "request": [["seed", "1"]], "input_bytes": 3, "points": 1,
+            "state": "running", "created_ms": 1, "started_ms": 2, "finished_ms": null,
+            "result_bytes": 0, "fault": null}"#;
+        let record: JobRecord = serde_json::from_str(text).unwrap();
+        assert_eq!((record.state, record.crashes), (JobState::Running, 0));
     }
 }

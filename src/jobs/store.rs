@@ -58,6 +58,19 @@ pub trait Store: Send + Sync + Debug {
     /// # Errors
     /// The store fails; then nothing is kept, or what is kept goes with the next change.
     fn insert(&self, record: &JobRecord, input: Bytes) -> Result<(), StoreError>;
+    /// Notes that the job of `record` begins to run: should the process end before [`Self::leave`], the
+    /// record that the next one finds counts a crash. The note need not outlive a loss of power, which
+    /// is no job's doing.
+    ///
+    /// # Errors
+    /// The store fails.
+    fn begin(&self, _record: &JobRecord) -> Result<(), StoreError> {
+        Ok(())
+    }
+    /// The job does not run any more.
+    fn leave(&self, _id: Uuid) {}
+    /// The process is told to end: from now on its end is no job's doing.
+    fn close(&self) {}
     /// Keeps a job's end and its result, both or neither.
     ///
     /// # Errors

@@ -71,6 +71,8 @@ pub enum ErrorKind {
     StorageFailed,
     /// What the store has of a job is not what was written.
     StorageDamaged,
+    /// The process of the service ended each time it ran the job.
+    RunCrashed,
     /// A fault of the service.
     Internal,
 }
@@ -188,6 +190,13 @@ pub const ERRORS: &[ErrorRow] = {
             500,
             DataLoss,
             "What is kept of the job is damaged",
+        ),
+        row(
+            K::RunCrashed,
+            "run_crashed",
+            500,
+            Internal,
+            "The service ended each time it ran the job",
         ),
         row(K::Internal, "internal", 500, Internal, "A fault of the service"),
     ]
@@ -350,6 +359,14 @@ impl From<PoolError> for ServiceError {
     fn from(error: PoolError) -> Self {
         match error {
             PoolError::Closed => Self::new(ErrorKind::ShuttingDown, "the service is shutting down"),
+            PoolError::Crashed { times } => Self::new(
+                ErrorKind::RunCrashed,
+                format!(
+                    "the service ended suddenly {times} times while it ran this job, and does not run it \
+                     again: send fewer points, or give the service more memory; if neither helps, \
+                     report the cloud as a fault of the service"
+                ),
+            ),
             PoolError::Panicked(message) => {
                 tracing::error!(panic = message, "a segmentation panicked");
                 Self::new(

@@ -71,6 +71,21 @@ impl Process {
         assert!(self.child.wait().unwrap().success());
     }
 
+    /// Waits until the job at `place` is in a state of `states`; gives it as it then is.
+    async fn wait(&self, place: &str, states: &[&str]) -> Value {
+        let mut events = reqwest::get(format!("{}{place}/events", self.http)).await.unwrap();
+        let mut text = String::new();
+        loop {
+            let chunk = events.chunk().await.unwrap().unwrap_or_else(|| panic!("{place}: {text}"));
+            text.push_str(std::str::from_utf8(&chunk).unwrap());
+            let jobs = text.lines().filter_map(|line| line.strip_prefix("data: "));
+            let mut jobs = jobs.filter_map(|json| serde_json::from_str::<Value>(json).ok());
+            if let Some(job) = jobs.find(|job| states.iter().any(|state| job["state"] == *state)) {
+                return job;
+            }
+        }
+    }
+
     /// SIGKILL: nothing of the process gets to run any more.
     fn kill(self) {
         drop(self);
@@ -142,4 +157,52 @@ async fn accepted_jobs_survive_a_kill_and_are_done_once() {
         let answer: Value = serde_json::from_str(&text.unwrap()).unwrap();
         assert_eq!(answer["input"]["sha256"], sha256(&cloud(i)));
     }
+}
+
+/// What ends a process while a job runs.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    Killed,
+    Stopped,
+}
+
+/// Submits a job, and two others that wait behind it, and ends the process whenever that job runs; how
+/// it is in the end.
+async fn ended_on(ends: &[End]) -> Value {
+    let directory = tempfile::tempdir().unwrap();
+    let mut process = Process::keeping(directory.path());
+    let mut places = Vec::new();
+    // large ones: they take the same thread
+    for points in [400_000, 60_000, 60_001] {
+        let request = Client::new().post(format!("{}/v1/segmentations", process.http));
+        let cloud = clouds::ply(&clouds::bracket(points));
+        let request = request.header("prefer", "respond-async").body(cloud);
+        places.push(location(&request.send().await.unwrap()));
+    }
+    for end in ends {
+        process.wait(&places[0], &["running"]).await;
+        match end {
+            End::Killed => process.kill(),
+            End::Stopped => process.stop(),
+        }
+        process = Process::keeping(directory.path());
+    }
+    for place in &places[1..] {
+        assert_eq!(process.wait(place, &["succeeded", "failed"]).await["state"], "succeeded");
+    }
+    process.wait(&places[0], &["succeeded", "failed"]).await
+}
+
+#[tokio::test]
+async fn a_job_that_ends_the_process_three_times_fails_and_the_others_are_done() {
+    let job = ended_on(&[End::Killed; 3]).await;
+    assert_eq!((&job["state"], &job["problem"]["code"]), (&"failed".into(), &"run_crashed".into()));
+    let detail = job["problem"]["detail"].as_str().unwrap();
+    assert!(detail.contains("3 times") && detail.contains("more memory"), "{detail}");
+}
+
+#[tokio::test]
+async fn a_job_that_survives_two_kills_and_any_number_of_stops_succeeds() {
+    let ends = [End::Killed, End::Stopped, End::Killed, End::Stopped, End::Stopped];
+    assert_eq!(ended_on(&ends).await["state"], "succeeded");
 }

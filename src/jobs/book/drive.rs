@@ -6,10 +6,11 @@ use std::{
 };
 
 use bytes::Bytes;
-use tokio::sync::watch;
+use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, watch};
+use uuid::Uuid;
 
 use super::{Book, blocking};
-use crate::jobs::{BytesHeld, Ending, Job, Place, Stop, StoreError, trace};
+use crate::jobs::{BytesHeld, Ending, Job, JobRecord, Place, Stop, Store, StoreError, trace};
 
 /// Pause after the first failure of the store; each further one doubles it.
 const FIRST_PAUSE: Duration = Duration::from_millis(if cfg!(test) { 1 } else { 100 });
@@ -26,7 +27,7 @@ enum Ran {
     Before,
     /// It is to have another turn: the store takes no ends at present.
     Later,
-    /// Its input cannot be read.
+    /// Its input cannot be read, or its beginning not be noted.
     Unread(StoreError),
 }
 
@@ -66,7 +67,46 @@ impl Drop for Unwritten<'_> {
     }
 }
 
+/// A run that the store has a note of.
+struct Noted<'s> {
+    store: &'s dyn Store,
+    id: Uuid,
+}
+
+impl<'s> Noted<'s> {
+    fn new(store: &'s dyn Store, record: &JobRecord) -> Result<Self, StoreError> {
+        store.begin(record)?;
+        Ok(Self { store, id: record.id })
+    }
+}
+
+impl Drop for Noted<'_> {
+    fn drop(&mut self) {
+        self.store.leave(self.id);
+    }
+}
+
+/// How a job is among the others while it runs.
+#[expect(dead_code, reason = "the guards are held, not read")]
+enum Presence {
+    /// Beside others.
+    Shared(OwnedRwLockReadGuard<()>),
+    /// Alone.
+    Alone(OwnedRwLockWriteGuard<()>),
+}
+
 impl Book {
+    /// Waits until the job may run beside the others, or alone where a process ended while it ran:
+    /// should that happen again, it was this job and none of its neighbours.
+    async fn presence(&self, job: &Job) -> Presence {
+        let company = Arc::clone(&self.company);
+        if job.record().crashes == 0 {
+            Presence::Shared(company.read_owned().await)
+        } else {
+            Presence::Alone(company.write_owned().await)
+        }
+    }
+
     /// Lets `work` on a job be done in a task and a trace of its own, which names the request it came
     /// by.
     pub(super) fn spawn(&self, job: &Job, work: impl Future<Output = ()> + Send + 'static) {
@@ -132,13 +172,14 @@ impl Book {
         let mut patience = Patience::default();
         loop {
             let (book, own, share) = (Arc::clone(self), Arc::clone(job), held.cloned());
-            let work = move || {
-                let ran = book.run(&own);
-                drop(share);
-                ran
-            };
             let turn = async {
                 self.all_written().await;
+                let presence = self.presence(job).await;
+                let work = move || {
+                    let ran = book.run(&own);
+                    drop((share, presence));
+                    ran
+                };
                 self.pool.run(place.take(), lane, work).await
             };
             let ran = tokio::select! {
@@ -166,6 +207,10 @@ impl Book {
         if *self.unwritten.borrow() > 0 {
             return Ran::Later;
         }
+        let _noted = match Noted::new(&*self.store, &record) {
+            Ok(noted) => noted,
+            Err(error) => return Ran::Unread(error),
+        };
         let input = match self.store.input(record.id) {
             Ok(Some(input)) => input,
             Ok(None) => return Ran::Unread(StoreError::Missing { part: "input", id: record.id }),
@@ -182,10 +227,10 @@ impl Book {
         })
     }
 
-    /// The end of a job whose input cannot be read. A store that fails may have it after a restart.
+    /// The end of a job whose input cannot be read, or that cannot be begun. A store that fails may have it after a restart.
     fn unread(&self, job: &Job, error: &StoreError) -> Option<Ending> {
         let id = job.record().id;
-        tracing::error!(%error, job_id = %id, "the input of a job cannot be read");
+        tracing::error!(%error, job_id = %id, "a job cannot be begun");
         let fault = self.runner.store_fault(error);
         if !error.may_pass() {
             return Some(Ending::Failed(fault));
@@ -196,7 +241,7 @@ impl Book {
 
     /// Writes down how a job ended, again and again where the disk is full; the job is at work until
     /// then. Where the store fails otherwise the job is shown as failed.
-    async fn see_ended(self: &Arc<Self>, job: &Arc<Job>, ending: Ending) {
+    pub(super) async fn see_ended(self: &Arc<Self>, job: &Arc<Job>, ending: Ending) {
         let (mut patience, mut waiting) = (Patience::default(), None);
         while let Err(error) = self.write_end(job, ending.clone()).await {
             let id = job.record().id;

@@ -6,6 +6,8 @@ use std::sync::{
 use super::*;
 use crate::jobs::{ByteBudget, IdempotencyKey, JobState, MemoryStore, PoolConfig};
 
+mod resumed;
+
 /// What a store does when it is called.
 #[derive(Clone, Debug, PartialEq)]
 enum Does {
@@ -24,6 +26,10 @@ struct Moody {
     finish: Mood,
     read: Mood,
     remove: Mood,
+    begin: Mood,
+    // the jobs that began to run and those that left, in their order
+    begun: Mutex<Vec<Uuid>>,
+    left: Mutex<Vec<Uuid>>,
 }
 
 #[derive(Debug)]
@@ -67,6 +73,22 @@ async fn until(done: impl Fn() -> bool) {
     }
 }
 
+impl Moody {
+    fn new(durable: bool) -> Self {
+        let [insert, finish, read, remove, begin] = [(); 5].map(|()| Mood::new());
+        let (kept, begun, left) = (MemoryStore::default(), Mutex::default(), Mutex::default());
+        Self { kept, durable, insert, finish, read, remove, begin, begun, left }
+    }
+
+    fn begun(&self) -> Vec<Uuid> {
+        self.begun.lock().unwrap().clone()
+    }
+
+    fn left(&self) -> Vec<Uuid> {
+        self.left.lock().unwrap().clone()
+    }
+}
+
 impl Store for Moody {
     fn durable(&self) -> bool {
         self.durable
@@ -75,6 +97,16 @@ impl Store for Moody {
     fn insert(&self, record: &JobRecord, input: Bytes) -> Result<(), StoreError> {
         self.insert.called()?;
         self.kept.insert(record, input)
+    }
+
+    fn begin(&self, record: &JobRecord) -> Result<(), StoreError> {
+        self.begin.called()?;
+        self.begun.lock().unwrap().push(record.id);
+        Ok(())
+    }
+
+    fn leave(&self, id: Uuid) {
+        self.left.lock().unwrap().push(id);
     }
 
     fn finish(&self, record: &JobRecord, result: Option<Bytes>) -> Result<(), StoreError> {
@@ -149,14 +181,7 @@ fn book(store: &Arc<Moody>) -> Arc<Book> {
 }
 
 fn bench() -> Bench {
-    let store = Arc::new(Moody {
-        kept: MemoryStore::default(),
-        durable: true,
-        insert: Mood::new(),
-        finish: Mood::new(),
-        read: Mood::new(),
-        remove: Mood::new(),
-    });
+    let store = Arc::new(Moody::new(true));
     Bench { book: book(&store), store, budget: ByteBudget::new(1000, KeyShare::ALL) }
 }
 
@@ -385,14 +410,7 @@ async fn a_drain_waits_for_what_is_being_kept_in_memory() {
     let mut bench = bench();
     let store = Arc::get_mut(&mut bench.store);
     assert!(store.is_none(), "the book has it too");
-    let store = Arc::new(Moody {
-        kept: MemoryStore::default(),
-        durable: false,
-        insert: Mood::new(),
-        finish: Mood::new(),
-        read: Mood::new(),
-        remove: Mood::new(),
-    });
+    let store = Arc::new(Moody::new(false));
     let bench = Bench { book: book(&store), store, budget: ByteBudget::new(1000, KeyShare::ALL) };
     bench.submit_and_go(b"abc").await;
     let ids: Vec<_> = bench.book.jobs().ids().collect();

@@ -1,5 +1,8 @@
 use redb::{StorageError, Table, TableDefinition};
 use sha2::{Digest, Sha256};
+use uuid::Uuid;
+
+use crate::jobs::{JobRecord, StoreError};
 
 /// A row begins with the SHA-256 of its table's name, its job and what follows.
 const DIGEST: usize = 32;
@@ -49,6 +52,30 @@ pub fn put(
     head.copy_from_slice(digest);
     rest.copy_from_slice(payload);
     Ok(())
+}
+
+/// A record as it is written.
+///
+/// # Errors
+/// It cannot be written as JSON.
+pub fn text_of(record: &JobRecord) -> Result<Vec<u8>, StoreError> {
+    serde_json::to_vec(record).map_err(|error| StoreError::Failed(error.to_string()))
+}
+
+/// The record that was written so, if it was one.
+pub fn record_of(text: &[u8]) -> Option<JobRecord> {
+    serde_json::from_slice(text).ok()
+}
+
+/// The record in a row; `None`, and a line in the log, where the row is damaged.
+pub fn record_in(id: u128, row: &[u8]) -> Option<JobRecord> {
+    let record = unsealed(RECORDS, id, row);
+    let record = record.and_then(record_of);
+    if record.is_none() {
+        let id = Uuid::from_u128(id);
+        tracing::error!(job_id = %id, "the record of a job is damaged: the job is left out");
+    }
+    record
 }
 
 #[cfg(test)]

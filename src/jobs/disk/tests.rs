@@ -90,6 +90,11 @@ impl Source for Disk {
     }
 }
 
+/// The store on `disk`, with notes that nobody else has.
+fn opened(disk: &Disk) -> Result<DiskStore, StoreError> {
+    DiskStore::new(disk.clone(), || Ok(Running::new(tempfile::tempfile().unwrap())))
+}
+
 fn record() -> JobRecord {
     JobRecord::new(Submission::default(), 3)
 }
@@ -110,7 +115,7 @@ fn ended(store: &DiskStore, result: &'static str) -> Uuid {
 #[test]
 fn after_a_full_disk_all_is_well_again_without_a_restart() {
     let disk = Disk::new();
-    let store = DiskStore::new(disk.clone()).unwrap();
+    let store = opened(&disk).unwrap();
     let old = ended(&store, "one");
     disk.set(Does::Fails(ErrorKind::StorageFull));
     let (lost, running) = (record(), record());
@@ -131,7 +136,7 @@ fn after_a_full_disk_all_is_well_again_without_a_restart() {
 #[test]
 fn a_full_disk_is_not_tried_by_everybody_at_once() {
     let disk = Disk::new();
-    let store = DiskStore::new(disk.clone()).unwrap();
+    let store = opened(&disk).unwrap();
     disk.set(Does::Fails(ErrorKind::StorageFull));
     let before = disk.0.opened.load(Ordering::Relaxed);
     thread::scope(|scope| {
@@ -150,7 +155,7 @@ fn a_full_disk_is_not_tried_by_everybody_at_once() {
 #[test]
 fn a_disk_that_fails_and_a_library_that_panics_are_errors_and_are_got_over() {
     let disk = Disk::new();
-    let store = DiskStore::new(disk.clone()).unwrap();
+    let store = opened(&disk).unwrap();
     let old = ended(&store, "one");
     for does in [Does::Fails(ErrorKind::Other), Does::Panics] {
         disk.set(does);
@@ -169,7 +174,7 @@ fn a_disk_that_fails_and_a_library_that_panics_are_errors_and_are_got_over() {
 #[test]
 fn a_damaged_row_is_an_error_and_a_damaged_record_is_left_out() {
     let disk = Disk::new();
-    let store = DiskStore::new(disk).unwrap();
+    let store = opened(&disk).unwrap();
     let [good, bad] = ["one", "two"].map(|result| ended(&store, result));
     store
         .change(0, |tables| {
@@ -299,4 +304,57 @@ fn damage_while_it_runs_is_an_error_too() {
         }
     }
     drop(store);
+}
+
+/// A store in `directory`, and the crashes of the jobs in it.
+fn crashes(directory: &Path) -> (DiskStore, Vec<u32>) {
+    let store = DiskStore::open(&directory.join("jobs.redb"), 1 << 20).unwrap();
+    let crashes = store.records().unwrap().iter().map(|record| record.crashes).collect();
+    (store, crashes)
+}
+
+#[test]
+fn a_job_at_work_when_the_process_ends_has_crashed_and_no_other_has() {
+    let directory = tempfile::tempdir().unwrap();
+    let [at_work, done, waiting, left] = [(); 4].map(|()| record());
+    let mut ended = done.clone();
+    for crashed in 0..3 {
+        let (store, before) = crashes(directory.path());
+        if crashed == 0 {
+            assert!(before.is_empty());
+            for record in [&at_work, &done, &waiting, &left] {
+                store.insert(record, bytes("abc")).unwrap();
+            }
+        } else {
+            assert_eq!(before, [crashed, 0, 0, 0]);
+        }
+        for record in [&done, &left, &JobRecord { crashes: crashed, ..at_work.clone() }] {
+            store.begin(record).unwrap();
+        }
+        // its end is written down, and then the process ends
+        ended.state = JobState::Succeeded;
+        store.finish(&ended, None).unwrap();
+        store.leave(left.id);
+        drop(store);
+    }
+    // one that was counted is not counted again, nor is what a stop cuts short
+    let notes = fs::read(directory.path().join("jobs.running")).unwrap();
+    for _ in 0..2 {
+        let (store, found) = crashes(directory.path());
+        assert_eq!(found, [3, 0, 0, 0]);
+        store.begin(&waiting).unwrap();
+        store.close();
+        store.begin(&left).unwrap();
+        drop(store);
+        fs::write(directory.path().join("jobs.running"), &notes).unwrap();
+    }
+}
+
+#[test]
+fn a_note_that_cannot_be_made_is_an_error_of_the_store() {
+    let none = OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let store = DiskStore::new(Disk::new(), || Ok(Running::new(none))).unwrap();
+    assert!(matches!(store.begin(&record()), Err(StoreError::Full(_))));
+    store.leave(record().id);
+    store.close();
 }
