@@ -1,4 +1,4 @@
-use super::{FittedSurface, watched};
+use super::{surface::FittedSurface, watched::watched};
 use crate::grow::{Grown, Pool};
 use crate::segment::Monitor;
 

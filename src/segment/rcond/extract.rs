@@ -1,4 +1,4 @@
-use super::{Candidate, FittedSurface, watched};
+use super::{candidate::Candidate, surface::FittedSurface, watched::watched};
 use crate::grow::Pool;
 use crate::segment::Monitor;
 
