@@ -7,17 +7,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("formats", &["geometry"]),
     ("fit", &["geometry"]),
-    ("grow", &["geometry", "fit"]),
-    ("segment", &["geometry", "fit", "grow"]),
-    ("jobs", &["geometry", "fit", "grow", "segment"]),
-    ("service", &["geometry", "formats", "fit", "grow", "segment", "jobs"]),
-    ("http", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service"]),
-    ("grpc", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service"]),
-    ("cli", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service", "http", "grpc"]),
+    ("segment", &["geometry", "fit"]),
+    ("jobs", &["geometry", "fit", "segment"]),
+    ("service", &["geometry", "formats", "fit", "segment", "jobs"]),
+    ("http", &["geometry", "formats", "fit", "segment", "jobs", "service"]),
+    ("grpc", &["geometry", "formats", "fit", "segment", "jobs", "service"]),
+    ("cli", &["geometry", "formats", "fit", "segment", "jobs", "service", "http", "grpc"]),
 ];
 
 /// What the synchronous, silent modules must not touch.
-const SILENT: &[&str] = &["geometry", "formats", "fit", "grow", "segment"];
+const SILENT: &[&str] = &["geometry", "formats", "fit", "segment"];
 const NOISE: &[&str] = &[
     "tokio",
     "axum",

@@ -1,7 +1,7 @@
 use super::{extract::Extracted, surface::FittedSurface};
 use crate::geometry::Vec3;
-use crate::grow::Pool;
 use crate::segment::Counters;
+use crate::segment::rcond::grow::Pool;
 
 /// The regions found, in the order they were extracted.
 #[derive(Default)]

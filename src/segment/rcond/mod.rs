@@ -3,6 +3,7 @@
 mod candidate;
 mod extract;
 mod found;
+pub mod grow;
 mod merge;
 mod refine;
 mod report;
@@ -21,7 +22,7 @@ use report::report;
 use super::random::SplitMix64;
 use super::{Monitor, Parameters, SegmentError, Segmentation, Stage};
 use crate::geometry::{Frame, PointCloud, Tolerance, Vec3, recover};
-use crate::grow::{Growth, Pool, RcondBelow};
+use crate::segment::rcond::grow::{Growth, Pool, RcondBelow};
 
 /// How many seed points compete for each region. The seed draws one, and asks in its last sentence what
 /// to do when it lies badly.
