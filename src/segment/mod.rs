@@ -6,6 +6,8 @@ mod distance;
 mod equation;
 mod family;
 mod finish;
+#[cfg(test)]
+mod fixtures;
 mod found;
 mod grow;
 mod judge;
