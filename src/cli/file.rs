@@ -3,7 +3,7 @@ use std::{collections::BTreeMap, ffi::OsString, fs};
 use clap::{Arg, ArgMatches, Command};
 use toml::Value;
 
-use super::{AnyError, environment::nearest};
+use super::{environment::nearest, error::AnyError};
 
 /// Why a settings file is not used.
 #[derive(Debug, thiserror::Error)]

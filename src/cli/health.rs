@@ -6,7 +6,7 @@ use std::{
 
 use clap::Args;
 
-use super::AnyError;
+use super::error::AnyError;
 
 const TIMEOUT: Duration = Duration::from_secs(2);
 

@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 
-use super::AnyError;
+use super::error::AnyError;
 use crate::service::sha256;
 
 /// Makes an API key: prints it, and the line of the key file that lets it in.

@@ -16,7 +16,11 @@ use tracing_subscriber::{
     util::SubscriberInitExt,
 };
 
-use super::{AnyError, LogFormat, Settings, traces::Traces};
+use super::{
+    error::AnyError,
+    settings::{LogFormat, Settings},
+    traces::Traces,
+};
 use crate::jobs::trace;
 
 /// Sends the log to standard error, in the form the settings ask for, and spans to `traces`.

@@ -1,6 +1,7 @@
 //! The command line: `serve`, `segment`, `openapi`, `key` and `health`.
 
 mod environment;
+mod error;
 mod file;
 mod handles;
 mod health;
@@ -27,6 +28,8 @@ pub use file::FileError;
 pub use serve::{Addresses, ServeError, Server};
 pub use settings::{LogFormat, Settings};
 pub use tls::TlsError;
+
+use error::AnyError;
 
 /// Finds the quadric surfaces in 3D point clouds, as a service or for one file.
 #[derive(Debug, Parser)]
@@ -59,8 +62,6 @@ enum Command {
     /// Ask a running service whether it is ready
     Health(health::HealthArgs),
 }
-
-type AnyError = Box<dyn std::error::Error + Send + Sync>;
 
 /// The settings that `args`, the environment and the settings file give.
 ///

@@ -15,7 +15,7 @@ use clap::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
-    AnyError,
+    error::AnyError,
     output::{self, Output},
     settings::number_above_zero,
 };

@@ -12,7 +12,13 @@ use tokio::{
 };
 use tokio_util::sync::CancellationToken;
 
-use super::{AnyError, Settings, TlsError, handles, logging, measure, memory, tls, traces::Traces};
+use super::{
+    error::AnyError,
+    handles, logging, measure, memory,
+    settings::Settings,
+    tls::{self, TlsError},
+    traces::Traces,
+};
 use crate::{
     grpc, http,
     service::{Keys, KeysError, Service, StartError},

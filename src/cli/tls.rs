@@ -10,7 +10,7 @@ use tokio_rustls::{
     },
 };
 
-use super::Settings;
+use super::settings::Settings;
 use crate::{http::Tls, service::Reread};
 
 /// Why the service cannot speak TLS.

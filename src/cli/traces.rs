@@ -11,7 +11,7 @@ use opentelemetry_sdk::{
     trace::{self, Sampler, SdkTracerProvider, SpanData},
 };
 
-use super::Settings;
+use super::settings::Settings;
 
 /// Longest time the last spans get to reach the collector when the service ends.
 const LAST_SPANS: Duration = Duration::from_secs(2);

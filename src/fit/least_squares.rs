@@ -1,7 +1,8 @@
 //! Orthogonal-distance least squares by Levenberg and Marquardt.
 
 pub use super::columns::Columns;
-use super::linearised::{Evaluated, Loss, cost, linearise};
+use super::linearised::{Evaluated, cost, linearise};
+use super::loss::Loss;
 pub use super::normal::Normal;
 use super::retraction::Moments;
 use super::shape::Shape;

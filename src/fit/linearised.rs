@@ -10,21 +10,10 @@ use multiversion::multiversion;
 
 use super::columns::{Columns, LANES};
 use super::kernels::Kernel;
+use super::loss::{CHUNK, Loss, Robust, sum};
 use super::normal::Normal;
 use super::ruler::{Placed, Prepared, Ruler, with_kernel};
 use super::shape::{MAX_DOF, Shape};
-
-/// Points whose distances and derivatives are kept at once: they fit in the first cache.
-const CHUNK: usize = 64;
-
-/// How residuals are weighed.
-#[derive(Clone, Copy, Debug)]
-pub enum Loss {
-    /// Their squares.
-    Squares,
-    /// Cauchy's loss c2 ln(1 + r2/c2), of this 1/c2.
-    Cauchy(f64),
-}
 
 /// A shape's cost over some points and, where asked for, its linearisation.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +32,13 @@ pub fn linearise(shape: &Shape, points: &Columns, loss: Loss) -> Evaluated {
 /// Cost of `shape` over `points`.
 pub fn cost(shape: &Shape, points: &Columns, loss: Loss) -> f64 {
     evaluate(shape, points, loss, false).cost
+}
+
+impl Normal {
+    /// Those of `shape` over `points`, by squares.
+    pub fn of(shape: &Shape, points: &Columns) -> Self {
+        linearise(&shape.translated(&-points.origin), points, Loss::Squares).normal
+    }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
@@ -160,94 +156,6 @@ fn normal<const P: usize>(parts: &[Parts; P], weight: f64) -> Normal {
         }
     }
     out
-}
-
-#[inline(always)]
-fn sum(s: &[f64; LANES]) -> f64 {
-    ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]))
-}
-
-/// The cost, and the weights of a chunk by residual.
-struct Robust {
-    loss: Loss,
-    uneven: bool,
-    squares: [f64; LANES],
-    /// Of Cauchy's loss the product of 1 + r2/c2 over many points, and the logs of earlier products: one
-    /// logarithm a point would take longer than all the rest.
-    product: [f64; LANES],
-    logs: f64,
-    weight: [f64; CHUNK],
-}
-
-/// Products beyond this are put away as their logs: the next factor must not make them overflow.
-const LARGE: f64 = 1e100;
-
-impl Robust {
-    fn new(loss: Loss, uneven: bool) -> Self {
-        let (squares, product) = ([0.0; LANES], [1.0; LANES]);
-        Self { loss, uneven, squares, product, logs: 0.0, weight: [0.0; CHUNK] }
-    }
-
-    /// Adds the losses of a chunk; its points' weights.
-    #[inline(always)]
-    fn add<'a>(&'a mut self, d: &[f64], given: &'a [f64]) -> &'a [f64] {
-        match self.loss {
-            Loss::Squares => {
-                for (d, w) in d.chunks_exact(LANES).zip(given.chunks_exact(LANES)) {
-                    for l in 0..LANES {
-                        self.squares[l] += w[l] * d[l] * d[l];
-                    }
-                }
-                given
-            }
-            Loss::Cauchy(inverse) => {
-                let own = &mut self.weight[..d.len()];
-                for ((own, d), w) in own.iter_mut().zip(d).zip(given) {
-                    *own = *w / (1.0 + d * d * inverse);
-                }
-                if self.uneven {
-                    for (d, w) in d.iter().zip(given) {
-                        self.logs += w * (d * d * inverse).ln_1p();
-                    }
-                } else {
-                    self.multiply(d, given, inverse);
-                }
-                &self.weight[..d.len()]
-            }
-        }
-    }
-
-    /// Weights are 0 or 1 here.
-    #[inline(always)]
-    fn multiply(&mut self, d: &[f64], given: &[f64], inverse: f64) {
-        for (d, w) in d.chunks_exact(LANES).zip(given.chunks_exact(LANES)) {
-            let mut large = false;
-            for l in 0..LANES {
-                self.product[l] *= 1.0 + d[l] * d[l] * inverse * w[l];
-                large |= self.product[l] > LARGE;
-            }
-            if large {
-                self.put_away();
-            }
-        }
-    }
-
-    fn put_away(&mut self) {
-        for p in &mut self.product {
-            self.logs += p.ln();
-            *p = 1.0;
-        }
-    }
-
-    fn total(mut self) -> f64 {
-        match self.loss {
-            Loss::Squares => sum(&self.squares),
-            Loss::Cauchy(inverse) => {
-                self.put_away();
-                self.logs / inverse
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod general;
 mod kernels;
 pub mod least_squares;
 mod linearised;
+mod loss;
 mod normal;
 mod rcond;
 mod retraction;

@@ -3,7 +3,6 @@
 #![expect(clippy::needless_range_loop, reason = "triangles of small matrices read best by index")]
 
 use super::columns::Columns;
-use super::linearised::{Loss, linearise};
 use super::retraction::{Moments, retracted};
 use super::shape::{MAX_DOF, Shape};
 #[cfg(test)]
@@ -18,12 +17,7 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// Those of `shape` over `points`, by squares.
-    pub fn of(shape: &Shape, points: &Columns) -> Self {
-        linearise(&shape.translated(&-points.origin), points, Loss::Squares).normal
-    }
-
-    /// Adds one point with a weight: what [`Self::of`] does for many.
+    /// Adds one point with a weight: what `linearise` does for many.
     #[cfg(test)]
     pub(super) fn add(&mut self, shape: &Shape, x: &Vec3, weight: f64) {
         let mut j = [0.0; MAX_DOF];

@@ -10,7 +10,7 @@ use axum::{
 use tonic::{Code, Status};
 use tracing::Span;
 
-use super::{GrpcConfig, intake::Intake, outcome::Outcome};
+use super::{config::GrpcConfig, intake::Intake, outcome::Outcome};
 use crate::{
     jobs::{BytesHeld, trace},
     service::{ErrorKind, Peer, Service, ServiceError, request_id},

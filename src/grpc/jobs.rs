@@ -3,7 +3,10 @@ use std::{pin::Pin, sync::Arc};
 use futures::{Stream, StreamExt};
 use tonic::{Request, Response, Status, Streaming};
 
-use super::{caller, segmentations::receive, share, upload};
+use super::{
+    call::{caller, share, upload},
+    segmentations::receive,
+};
 use crate::{
     jobs::{JobState, JobView},
     service::{

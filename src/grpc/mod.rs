@@ -1,5 +1,7 @@
 //! The gRPC interface: the services of `conicoid.v1`, health and reflection.
 
+mod call;
+mod config;
 mod context;
 mod frames;
 mod intake;
@@ -12,28 +14,20 @@ mod timeout;
 use std::sync::Arc;
 
 use axum::Router;
-use tonic::{Status, server::NamedService, service::RoutesBuilder};
+use tonic::{server::NamedService, service::RoutesBuilder};
 use tonic_health::{ServingStatus, server::HealthReporter};
 
-use crate::{
-    jobs::BytesHeld,
-    service::{
-        Caller, Peer, Service, ServiceError, Upload,
-        message::{
-            DESCRIPTOR,
-            v1::{jobs_server::JobsServer, segmentations_server::SegmentationsServer},
-        },
+use crate::service::{
+    Service,
+    message::{
+        DESCRIPTOR,
+        v1::{jobs_server::JobsServer, segmentations_server::SegmentationsServer},
     },
 };
+pub use config::GrpcConfig;
+
 use jobs::Jobs;
 use segmentations::Segmentations;
-
-/// How the gRPC interface takes messages.
-#[derive(Clone, Copy, Debug)]
-pub struct GrpcConfig {
-    /// Longest message taken.
-    pub max_message_bytes: usize,
-}
 
 /// The gRPC interface of `service`, and the handle on the health it reports.
 ///
@@ -76,30 +70,4 @@ pub async fn end(health: &HealthReporter) {
         // the last status is told before a watch ends
         health.clone().clear_service_status(name).await;
     }
-}
-
-/// The share of the budget that counts the call's messages already; from now on it is the caller's.
-fn share<T>(
-    service: &Service,
-    call: &tonic::Request<T>,
-    caller: &Caller,
-) -> Result<BytesHeld, Status> {
-    let held = call.extensions().get::<BytesHeld>().cloned().unwrap_or_else(|| service.share());
-    held.charge(caller.as_deref()).map_err(ServiceError::from)?;
-    Ok(held)
-}
-
-/// An empty upload for the call.
-fn upload<T>(
-    service: &Service,
-    call: &tonic::Request<T>,
-    caller: &Caller,
-) -> Result<Upload, Status> {
-    Ok(service.upload(share(service, call, caller)?))
-}
-
-/// Who makes the call, by key or by the certificate of the connection.
-fn caller<T>(service: &Service, call: &tonic::Request<T>) -> Result<Caller, Status> {
-    let header = call.metadata().get("authorization").and_then(|value| value.to_str().ok());
-    Ok(service.caller(header, call.extensions().get::<Peer>())?)
 }

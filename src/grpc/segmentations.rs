@@ -2,7 +2,10 @@ use std::sync::Arc;
 
 use tonic::{Request, Response, Status, Streaming};
 
-use super::{caller, timeout::grpc_timeout, upload};
+use super::{
+    call::{caller, upload},
+    timeout::grpc_timeout,
+};
 use crate::service::{
     self, ErrorKind, Service, ServiceError, Upload,
     message::{request_from_message, v1},

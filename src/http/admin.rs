@@ -4,7 +4,7 @@ use axum::{Router, extract::State, http::StatusCode, routing::get};
 use futures::future::BoxFuture;
 use tokio_util::sync::CancellationToken;
 
-use super::Connections;
+use super::server::Connections;
 
 /// Writes the metrics in Prometheus' text form.
 pub type Gauges = Arc<dyn Fn() -> String + Send + Sync>;

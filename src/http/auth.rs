@@ -5,7 +5,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
-use super::App;
+use super::app::App;
 use crate::service::Peer;
 
 /// Finds out who calls, for the handlers behind it; by key or by the certificate of the

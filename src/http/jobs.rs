@@ -14,8 +14,10 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::{
-    App, accept,
-    segmentations::{Pairs, answered, carried, from_query},
+    accept,
+    answer::{answered, carried},
+    app::App,
+    query::{Pairs, from_query},
 };
 use crate::{
     jobs::{JobState, JobView},

@@ -2,6 +2,8 @@
 
 mod accept;
 mod admin;
+mod answer;
+mod app;
 mod auth;
 mod body;
 mod context;
@@ -13,6 +15,7 @@ mod linger;
 mod meter;
 mod openapi;
 mod problem;
+mod query;
 mod segmentations;
 mod seldom;
 mod server;
@@ -26,7 +29,6 @@ use axum::{
     middleware,
     response::{Html, IntoResponse},
 };
-use bytes::Bytes;
 use tower_http::{
     catch_panic::CatchPanicLayer, cors::CorsLayer, decompression::RequestDecompressionLayer,
 };
@@ -34,6 +36,7 @@ use utoipa::openapi::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 pub use admin::{Gauges, Readiness, admin_router};
+pub use app::App;
 pub use problem::Problem;
 pub use server::{Connections, Patience, Tls, serve};
 
@@ -44,14 +47,6 @@ use crate::service::Service;
 pub struct HttpConfig {
     /// Web pages of these origins may call; none by default.
     pub cors_origins: Vec<HeaderValue>,
-}
-
-/// What every handler can reach.
-#[derive(Clone, Debug)]
-pub struct App {
-    service: Arc<Service>,
-    /// The OpenAPI document, as it is sent: every answer shares these bytes.
-    openapi: Bytes,
 }
 
 /// The HTTP interface of `service`.

@@ -1,10 +1,14 @@
 //! A region's ten coefficients about the file's origin, and about one near its points.
 
-use multiversion::multiversion;
+mod pair;
+mod tally;
+
 use rayon::prelude::*;
 
 use super::Extent;
 use crate::geometry::{Quadric, Scale, Vec3};
+use pair::Pair;
+use tally::Tally;
 
 /// Points summed at once; fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 4096;
@@ -69,136 +73,6 @@ fn rounded(x: f64, exponent: i32) -> f64 {
     let multiple = (x / 10f64.powi(exponent)).round();
     // Nought has no sign.
     format!("{multiple}e{exponent}").parse().map_or(x, |r: f64| r + 0.0)
-}
-
-/// One surface about both origins.
-struct Pair {
-    far: [f64; 10],
-    local: [f64; 10],
-    origin: [f64; 3],
-}
-
-/// Points measured at once.
-const LANES: usize = 64;
-
-/// Some points and what both equations say of them.
-struct Lanes {
-    points: [[f64; LANES]; 3],
-    /// Distance by the local equation.
-    distance: [f64; LANES],
-    /// By how much that by the far one differs.
-    off: [f64; LANES],
-    /// Square of the local gradient.
-    sq_slope: [f64; LANES],
-}
-
-/// The left-hand side of (1), term by term in its order as callers reckon it, and its gradient.
-#[inline(always)]
-fn at(a: &[f64; 10], x: f64, y: f64, z: f64) -> (f64, [f64; 3]) {
-    let value = a[0] * (x * x)
-        + a[1] * (y * y)
-        + a[2] * (z * z)
-        + a[3] * (x * y)
-        + a[4] * (y * z)
-        + a[5] * (x * z)
-        + a[6] * x
-        + a[7] * y
-        + a[8] * z
-        + a[9];
-    let slope = [
-        2.0 * a[0] * x + a[3] * y + a[5] * z + a[6],
-        2.0 * a[1] * y + a[3] * x + a[4] * z + a[7],
-        2.0 * a[2] * z + a[4] * y + a[5] * x + a[8],
-    ];
-    (value, slope)
-}
-
-#[inline(always)]
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn measure(pair: &Pair, lanes: &mut Lanes) {
-    let (far, local, o) = (pair.far, pair.local, pair.origin);
-    for k in 0..LANES {
-        let [x, y, z] = [lanes.points[0][k], lanes.points[1][k], lanes.points[2][k]];
-        let (far_value, far_slope) = at(&far, x, y, z);
-        let (value, slope) = at(&local, x - o[0], y - o[1], z - o[2]);
-        let sq_slope = dot(&slope, &slope);
-        let distance = value / sq_slope.sqrt();
-        let far_distance = far_value / dot(&far_slope, &far_slope).sqrt();
-        // The two factors may differ in sign.
-        let turned = if dot(&far_slope, &slope) < 0.0 { -far_distance } else { far_distance };
-        lanes.distance[k] = distance;
-        lanes.off[k] = (turned - distance).abs();
-        lanes.sq_slope[k] = sq_slope;
-    }
-}
-
-/// Sums over points.
-#[derive(Default)]
-struct Tally {
-    n: usize,
-    /// Of the local gradient.
-    sum_sq: f64,
-    /// Points at which the local equation tells a distance.
-    measured: usize,
-    /// Largest difference between the two distances; infinite where the far one is none.
-    error: f64,
-}
-
-impl Tally {
-    fn of(pair: &Pair, points: impl Iterator<Item = Vec3>) -> Self {
-        let mut tally = Self::default();
-        let none = [0.0; LANES];
-        let mut lanes = Lanes { points: [none; 3], distance: none, off: none, sq_slope: none };
-        let mut points = points.peekable();
-        while points.peek().is_some() {
-            let mut n = 0;
-            for p in points.by_ref().take(LANES) {
-                lanes.points.iter_mut().zip(p.iter()).for_each(|(lane, x)| lane[n] = *x);
-                n += 1;
-            }
-            measure(pair, &mut lanes);
-            tally.add(&lanes, n);
-        }
-        tally
-    }
-
-    /// Adds the first `n` of the points measured.
-    fn add(&mut self, lanes: &Lanes, n: usize) {
-        self.n += n;
-        self.sum_sq += lanes.sq_slope[..n].iter().sum::<f64>();
-        for (distance, off) in lanes.distance[..n].iter().zip(&lanes.off) {
-            // At an apex, or on a plane that is counted twice, there is no first order.
-            if distance.is_finite() {
-                self.measured += 1;
-                self.error = self.error.max(if off.is_finite() { *off } else { f64::INFINITY });
-            }
-        }
-    }
-
-    fn merge(&mut self, other: &Self) {
-        self.n += other.n;
-        self.sum_sq += other.sum_sq;
-        self.measured += other.measured;
-        self.error = self.error.max(other.error);
-    }
-
-    fn error(&self) -> Option<f64> {
-        (self.measured > 0 && self.error.is_finite()).then_some(self.error)
-    }
-
-    /// The coefficients of `local` by such a factor that the root mean square of its gradient is one; of unit
-    /// length where the gradient vanishes at all points.
-    fn of_unit_slope(&self, local: &Quadric) -> [f64; 10] {
-        let slope = (self.sum_sq / self.n.max(1) as f64).sqrt();
-        let norm = local.0.iter().map(|a| a * a).sum::<f64>().sqrt();
-        let factor = [slope, norm].into_iter().find(|f| f.is_normal()).unwrap_or(1.0);
-        // As nought has no sign, none is written.
-        local.0.map(|a| a / factor + 0.0)
-    }
 }
 
 #[cfg(test)]

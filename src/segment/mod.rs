@@ -6,6 +6,8 @@ mod distance;
 mod equation;
 mod family;
 mod finish;
+#[cfg(test)]
+mod fixtures;
 mod found;
 mod grow;
 mod judge;
@@ -30,6 +32,7 @@ pub use parameters::{
     Method, PARAMETERS, ParameterError, ParameterKind, ParameterSpec, Parameters,
 };
 pub use pipeline::{LARGEST_COORDINATE, SMALLEST_EXTENT, SegmentError, segment};
+pub use rcond::grow::PoolError;
 pub use result::{
     Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Segmentation, Unassigned,
     Uncertainty,

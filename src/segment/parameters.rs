@@ -1,16 +1,18 @@
+mod error;
+mod given;
+mod kind;
+mod method;
+mod table;
+
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::SurfaceType;
+use given::Given;
 
-/// Which policies the pipeline runs with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// Orthogonal distance: hypotheses, selection by description length, relabelling.
-    Distance,
-    /// The seed's: growth on the scatter matrix's reciprocal condition number, algebraic extraction.
-    Rcond,
-}
+pub use error::ParameterError;
+pub use kind::ParameterKind;
+pub use method::Method;
+pub use table::{PARAMETERS, ParameterSpec};
 
 /// Every parameter of a segmentation. Lengths are in the input's unit, angles in radians.
 ///
@@ -81,240 +83,6 @@ impl Default for Parameters {
     }
 }
 
-/// What kind of value a parameter takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ParameterKind {
-    /// One of these words.
-    Choice(&'static [&'static str]),
-    /// A comma-separated list of these words.
-    List(&'static [&'static str]),
-    /// A finite number in `min..=max`; `min` itself is excluded where it is zero.
-    Number {
-        /// Lower end.
-        min: f64,
-        /// Upper end.
-        max: f64,
-    },
-    /// A whole number in `min..=max`.
-    Integer {
-        /// Lower end.
-        min: u64,
-        /// Upper end.
-        max: u64,
-    },
-    /// `true` or `false`.
-    Boolean,
-    /// Three comma-separated numbers, not all zero.
-    Direction,
-    /// Three different comma-separated whole numbers in `1..=max`.
-    Columns {
-        /// Largest number.
-        max: u64,
-    },
-}
-
-/// One row of the parameter table.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParameterSpec {
-    /// Name in queries, JSON and protobuf; the flag is the same with hyphens.
-    pub name: &'static str,
-    /// What it takes.
-    pub kind: ParameterKind,
-    /// Unit, where it has one.
-    pub unit: Option<&'static str>,
-    /// Default as text; `None` = worked out from the cloud.
-    pub default: Option<&'static str>,
-    /// One sentence of help.
-    pub help: &'static str,
-}
-
-const TYPES: &[&str] = &[
-    "plane",
-    "sphere",
-    "cylinder",
-    "elliptic_cylinder",
-    "cone",
-    "ellipsoid",
-    "elliptic_paraboloid",
-    "hyperbolic_paraboloid",
-    "hyperboloid_one_sheet",
-    "hyperboloid_two_sheets",
-    "parabolic_cylinder",
-    "hyperbolic_cylinder",
-    "elliptic_cone",
-];
-const LENGTH: ParameterKind = ParameterKind::Number { min: 0.0, max: 1e12 };
-
-/// Every parameter, in the order of the reference.
-pub const PARAMETERS: &[ParameterSpec] = &[
-    ParameterSpec {
-        name: "method",
-        kind: ParameterKind::Choice(&["distance", "rcond"]),
-        unit: None,
-        default: Some("distance"),
-        help: "distance: every surface and boundary by orthogonal distance. rcond: the seed's growth on the scatter matrix's condition. A parameter that is one method's only is not looked at by the other",
-    },
-    ParameterSpec {
-        name: "tolerance",
-        kind: LENGTH,
-        unit: Some("length"),
-        default: None,
-        help: "distance only: largest distance of a point from its surface (four noise sigmas when absent); no region has a point beyond it",
-    },
-    ParameterSpec {
-        name: "noise_sigma",
-        kind: LENGTH,
-        unit: Some("length"),
-        default: None,
-        help: "distance only: standard deviation of the points' noise (estimated from the cloud when absent). No region is reported whose residuals' root mean square is above twice the value given, or above half the tolerance where one is given that allows more",
-    },
-    ParameterSpec {
-        name: "surfaces",
-        kind: ParameterKind::List(TYPES),
-        unit: None,
-        default: Some("plane,sphere,cylinder,elliptic_cylinder,cone,ellipsoid"),
-        help: "distance only: the surface types looked for, each for itself: ellipsoid does not stand for sphere, nor elliptic_cylinder for cylinder",
-    },
-    ParameterSpec {
-        name: "min_points",
-        kind: ParameterKind::Integer { min: 10, max: 1_000_000_000 },
-        unit: Some("points"),
-        default: Some("50"),
-        help: "Smallest number of points a region may have; below about 30 only clear surfaces are found",
-    },
-    ParameterSpec {
-        name: "max_regions",
-        kind: ParameterKind::Integer { min: 1, max: 1_000_000 },
-        unit: None,
-        default: Some("10000"),
-        help: "Largest number of regions reported; the largest ones stay",
-    },
-    ParameterSpec {
-        name: "connectivity",
-        kind: LENGTH,
-        unit: Some("length"),
-        default: None,
-        help: "distance only: largest gap inside one piece of a surface: wider ones part it (none does when absent)",
-    },
-    ParameterSpec {
-        name: "min_radius",
-        kind: LENGTH,
-        unit: Some("length"),
-        default: None,
-        help: "distance only: smallest radius or semi-axis looked for; at most max_radius",
-    },
-    ParameterSpec {
-        name: "max_radius",
-        kind: LENGTH,
-        unit: Some("length"),
-        default: None,
-        help: "distance only: largest radius or semi-axis looked for; at least min_radius",
-    },
-    ParameterSpec {
-        name: "axis_direction",
-        kind: ParameterKind::Direction,
-        unit: None,
-        default: None,
-        help: "distance only: direction that axes and plane normals must have, as x,y,z",
-    },
-    ParameterSpec {
-        name: "axis_tolerance",
-        kind: ParameterKind::Number { min: 0.0, max: std::f64::consts::FRAC_PI_2 },
-        unit: Some("radians"),
-        default: Some("0.05"),
-        help: "distance only: largest angle between an axis and axis_direction",
-    },
-    ParameterSpec {
-        name: "seed",
-        kind: ParameterKind::Integer { min: 0, max: u64::MAX },
-        unit: None,
-        default: Some("0"),
-        help: "Seed of the random generator; the same seed gives the same bytes, timing apart",
-    },
-    ParameterSpec {
-        name: "max_failed_seeds",
-        kind: ParameterKind::Integer { min: 1, max: 1_000_000 },
-        unit: None,
-        default: Some("50"),
-        help: "How many seed points in a row may fail before the search stops",
-    },
-    ParameterSpec {
-        name: "merge",
-        kind: ParameterKind::Boolean,
-        unit: None,
-        default: Some("true"),
-        help: "Join pieces of one surface into one region",
-    },
-    ParameterSpec {
-        name: "refine",
-        kind: ParameterKind::Boolean,
-        unit: None,
-        default: Some("true"),
-        help: "Refine boundaries and surfaces at the end",
-    },
-    ParameterSpec {
-        name: "rcond_threshold",
-        kind: ParameterKind::Number { min: 0.0, max: 1.0 },
-        unit: None,
-        default: Some("0.5e-19"),
-        help: "rcond only: a point joins while the 1-norm reciprocal condition number of the scatter matrix, in raw coordinates, stays below this. It depends on the unit and the origin",
-    },
-    ParameterSpec {
-        name: "algebraic_threshold",
-        kind: ParameterKind::Number { min: 0.0, max: 1e6 },
-        unit: None,
-        default: Some("5e-5"),
-        help: "rcond only: largest algebraic residual, with a10 = 1, of an extracted point",
-    },
-];
-
-/// A parameter that is unknown or out of its range.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ParameterError {
-    /// No parameter has this name.
-    #[error("unknown parameter '{0}'; known ones: {known}", known = names())]
-    Unknown(String),
-    /// The value is not what the parameter takes.
-    #[error("parameter '{name}': '{value}' is not {expected}")]
-    Invalid {
-        /// The parameter.
-        name: &'static str,
-        /// What was given.
-        value: String,
-        /// What it takes, with its range.
-        expected: String,
-    },
-    /// No radius is in the range.
-    #[error("parameter 'min_radius': {min} is above 'max_radius': {max}")]
-    EmptyRange {
-        /// The smallest radius.
-        min: f64,
-        /// The largest radius.
-        max: f64,
-    },
-}
-
-fn names() -> String {
-    PARAMETERS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ")
-}
-
-impl std::fmt::Display for ParameterKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Choice(words) => write!(f, "one of {}", words.join(", ")),
-            Self::List(words) => write!(f, "a comma-separated list of {}", words.join(", ")),
-            Self::Number { min, max } if *min == 0.0 => {
-                write!(f, "a number above 0 and at most {max}")
-            }
-            Self::Number { min, max } => write!(f, "a number from {min} to {max}"),
-            Self::Integer { min, max } => write!(f, "a whole number from {min} to {max}"),
-            Self::Boolean => write!(f, "true or false"),
-            Self::Direction => write!(f, "three numbers x,y,z, not all zero"),
-            Self::Columns { max } => write!(f, "three different whole numbers from 1 to {max}"),
-        }
-    }
-}
-
 impl Parameters {
     /// Sets one parameter from text, as queries and flags give it.
     ///
@@ -326,68 +94,25 @@ impl Parameters {
             .iter()
             .find(|p| p.name == name)
             .ok_or_else(|| ParameterError::Unknown(name.to_owned()))?;
-        let invalid = || ParameterError::Invalid {
-            name: spec.name,
-            value: value.to_owned(),
-            expected: spec.kind.to_string(),
-        };
-        let text = value.trim();
-        let number = || match spec.kind {
-            ParameterKind::Number { min, max } => text
-                .parse::<f64>()
-                .ok()
-                .filter(|v| *v <= max && if min == 0.0 { *v > 0.0 } else { *v >= min })
-                .ok_or_else(invalid),
-            _ => Err(invalid()),
-        };
-        let integer = || match spec.kind {
-            ParameterKind::Integer { min, max } => {
-                text.parse::<u64>().ok().filter(|v| (min..=max).contains(v)).ok_or_else(invalid)
-            }
-            _ => Err(invalid()),
-        };
-        let boolean = || text.parse::<bool>().map_err(|_| invalid());
+        let given = Given { spec, value };
         match spec.name {
-            "method" => {
-                self.method = match text {
-                    "distance" => Method::Distance,
-                    "rcond" => Method::Rcond,
-                    _ => return Err(invalid()),
-                }
-            }
-            "tolerance" => self.tolerance = Some(number()?),
-            "noise_sigma" => self.noise_sigma = Some(number()?),
-            "surfaces" => {
-                let mut types = text
-                    .split(',')
-                    .map(|t| SurfaceType::from_name(t.trim()).ok_or_else(invalid))
-                    .collect::<Result<Vec<_>, _>>()?;
-                types.sort();
-                types.dedup();
-                self.surfaces = types;
-            }
-            "min_points" => self.min_points = integer()? as usize,
-            "max_regions" => self.max_regions = integer()? as usize,
-            "connectivity" => self.connectivity = Some(number()?),
-            "min_radius" => self.min_radius = Some(number()?),
-            "max_radius" => self.max_radius = Some(number()?),
-            "axis_direction" => {
-                let v = text
-                    .split(',')
-                    .map(|x| x.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
-                    .collect::<Option<Vec<_>>>()
-                    .and_then(|v| <[f64; 3]>::try_from(v).ok())
-                    .filter(|v| v.iter().any(|x| *x != 0.0))
-                    .ok_or_else(invalid)?;
-                self.axis_direction = Some(v);
-            }
-            "axis_tolerance" => self.axis_tolerance = number()?,
-            "seed" => self.seed = integer()?,
-            "max_failed_seeds" => self.max_failed_seeds = integer()? as usize,
-            "merge" => self.merge = boolean()?,
-            "refine" => self.refine = boolean()?,
-            "rcond_threshold" => self.rcond_threshold = number()?,
-            "algebraic_threshold" => self.algebraic_threshold = number()?,
+            "method" => self.method = given.method()?,
+            "tolerance" => self.tolerance = Some(given.number()?),
+            "noise_sigma" => self.noise_sigma = Some(given.number()?),
+            "surfaces" => self.surfaces = given.types()?,
+            "min_points" => self.min_points = given.integer()? as usize,
+            "max_regions" => self.max_regions = given.integer()? as usize,
+            "connectivity" => self.connectivity = Some(given.number()?),
+            "min_radius" => self.min_radius = Some(given.number()?),
+            "max_radius" => self.max_radius = Some(given.number()?),
+            "axis_direction" => self.axis_direction = Some(given.direction()?),
+            "axis_tolerance" => self.axis_tolerance = given.number()?,
+            "seed" => self.seed = given.integer()?,
+            "max_failed_seeds" => self.max_failed_seeds = given.integer()? as usize,
+            "merge" => self.merge = given.boolean()?,
+            "refine" => self.refine = given.boolean()?,
+            "rcond_threshold" => self.rcond_threshold = given.number()?,
+            "algebraic_threshold" => self.algebraic_threshold = given.number()?,
             _ => return Err(ParameterError::Unknown(name.to_owned())),
         }
         self.check_radii()

@@ -2,7 +2,7 @@ use rayon::prelude::*;
 
 use super::{Cancelled, Method, Monitor, Parameters, Segmentation, distance, rcond};
 use crate::geometry::{PointCloud, Vec3};
-use crate::grow::PoolError;
+use crate::segment::rcond::grow::PoolError;
 
 /// Largest size of a coordinate. Products of up to six coordinates are summed over all points: with this
 /// size those of a hundred million points are still finite.

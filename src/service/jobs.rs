@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use super::{
     Answer, Caller, Document, ErrorKind, Representation, Request, Service, ServiceError, Upload,
-    compute, segmentations::Announced, sha256,
+    announced::Announced, compute, sha256,
 };
 use crate::{
     formats::{self, Format, Limits},

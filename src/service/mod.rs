@@ -1,6 +1,7 @@
 //! The use cases both transports call, the request and the result they share, and the one table of
 //! error kinds.
 
+mod announced;
 mod compute;
 mod document;
 mod error;

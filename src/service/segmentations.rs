@@ -5,8 +5,8 @@ use std::{
 };
 
 use super::{
-    Answer, Caller, ErrorKind, Keys, Peer, Request, ServiceError, Upload, compute,
-    jobs::SegmentationRunner, keys,
+    Answer, Caller, ErrorKind, Keys, Peer, Request, ServiceError, Upload, announced::Announced,
+    compute, jobs::SegmentationRunner, keys,
 };
 use crate::{
     formats::{self, Limits},
@@ -68,15 +68,6 @@ pub enum StartError {
 
 /// Longest upload whose points are counted on the thread that took it in: a fraction of a millisecond.
 const LOOKED_AT_IN_PLACE: usize = 1 << 20;
-
-/// What the head of a cloud says of its size, before anything is unpacked.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Announced {
-    /// How many points there will be at most.
-    pub points: u64,
-    /// Bytes that they take in memory beside the upload.
-    pub decoded: u64,
-}
 
 /// The use cases, and what they share.
 #[derive(Debug)]

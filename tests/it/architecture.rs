@@ -7,17 +7,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("formats", &["geometry"]),
     ("fit", &["geometry"]),
-    ("grow", &["geometry", "fit"]),
-    ("segment", &["geometry", "fit", "grow"]),
-    ("jobs", &["geometry", "fit", "grow", "segment"]),
-    ("service", &["geometry", "formats", "fit", "grow", "segment", "jobs"]),
-    ("http", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service"]),
-    ("grpc", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service"]),
-    ("cli", &["geometry", "formats", "fit", "grow", "segment", "jobs", "service", "http", "grpc"]),
+    ("segment", &["geometry", "fit"]),
+    ("jobs", &["geometry", "fit", "segment"]),
+    ("service", &["geometry", "formats", "fit", "segment", "jobs"]),
+    ("http", &["geometry", "formats", "fit", "segment", "jobs", "service"]),
+    ("grpc", &["geometry", "formats", "fit", "segment", "jobs", "service"]),
+    ("cli", &["geometry", "formats", "fit", "segment", "jobs", "service", "http", "grpc"]),
 ];
 
 /// What the synchronous, silent modules must not touch.
-const SILENT: &[&str] = &["geometry", "formats", "fit", "grow", "segment"];
+const SILENT: &[&str] = &["geometry", "formats", "fit", "segment"];
 const NOISE: &[&str] = &[
     "tokio",
     "axum",
@@ -112,4 +111,58 @@ fn every_module_of_the_crate_has_its_place_in_the_order() {
     for name in modules {
         assert!(ALLOWED.iter().any(|(known, _)| *known == name), "{name} has no place");
     }
+}
+
+/// Most lines of a file of the method, tests and all, and of one function.
+const MOST_LINES: (usize, usize) = (300, 60);
+
+/// Functions that are longer, and may not become longer still.
+const LONGER: &[(&str, usize)] = &[("discover", 78), ("grow_from", 88), ("select", 66)];
+
+#[test]
+fn files_and_functions_of_the_method_are_short() {
+    let segment = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/segment");
+    let mut functions = 0;
+    for (path, code) in sources(&segment) {
+        let lines = fs::read_to_string(&path).unwrap().lines().count();
+        assert!(lines <= MOST_LINES.0, "{path} has {lines} lines");
+        let text = fs::read_to_string(&path).unwrap();
+        for (name, lines) in lengths(&text.lines().collect::<Vec<_>>()) {
+            let is_code = code.contains(&format!("fn {name}"));
+            let most =
+                LONGER.iter().find(|(longer, _)| *longer == name).map_or(MOST_LINES.1, |l| l.1);
+            assert!(!is_code || lines <= most, "{name} in {path} has {lines} lines");
+            functions += 1;
+        }
+    }
+    assert!(functions > 500, "functions are not seen");
+}
+
+/// Name and number of lines of each function, of text as rustfmt leaves it: its end has the indent of its
+/// beginning.
+fn lengths<'a>(lines: &[&'a str]) -> Vec<(&'a str, usize)> {
+    let mut found = Vec::new();
+    for (at, line) in lines.iter().enumerate() {
+        let start = line.trim_start();
+        let indent = &line[..line.len() - start.len()];
+        let Some((before, after)) = start.split_once("fn ") else { continue };
+        let is_head = before.split_whitespace().all(|word| {
+            word.starts_with("pub") || ["const", "in", "super)", "crate)"].contains(&word)
+        });
+        let name = after.split(['(', '<']).next().unwrap_or_default();
+        let end = lines[at..].iter().position(|l| l.strip_prefix(indent) == Some("}"));
+        if is_head && !line.ends_with(['}', ';']) {
+            found.extend(end.map(|n| (name, n + 1)));
+        }
+    }
+    found
+}
+
+#[test]
+fn the_length_of_a_function_is_that_from_its_head_to_its_brace() {
+    let text =
+        ["pub(super) fn a<T>(", "    x: T,", ") {", "    fn b() {", "        x", "    }", "}"];
+    let one = ["    fn c() {}", "    fn d(f: impl Fn()) {", "    }", "let f = 1;"];
+    assert_eq!(lengths(&text), [("a", 7), ("b", 3)]);
+    assert_eq!(lengths(&one), [("d", 2)]);
 }

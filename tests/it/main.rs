@@ -13,6 +13,7 @@ mod architecture;
 mod bad_input;
 mod browser;
 mod cancel;
+mod circles;
 mod coefficients;
 mod contract;
 mod deploy;

@@ -10,7 +10,7 @@ use std::sync::{
 };
 
 use super::super::FormatError;
-use super::{damaged, point_offset, u16_at, u32_at, u64_at};
+use super::header::{damaged, point_offset, u16_at, u32_at, u64_at};
 
 /// Longest point record; the decoder keeps some kilobytes for each byte of it.
 pub(super) const MAX_RECORD: usize = 1024;

@@ -1,9 +1,11 @@
 //! LAS and LAZ (ASPRS): coordinates in f64, as integers times scale plus offset.
 
+mod header;
 mod laz;
 
 use std::{io::Cursor, sync::atomic::Ordering};
 
+use self::header::{damaged, point_offset, u16_at, u32_at, u64_at};
 use super::{
     Bounds, Format, FormatError,
     guard::{MAX_POINTS_PER_BYTE, check_density, guarded},
@@ -108,27 +110,6 @@ pub(super) fn most_points(bytes: &[u8]) -> u64 {
         (body / record) as u64
     };
     announced.min(most)
-}
-
-fn damaged(reason: &str) -> FormatError {
-    FormatError::Damaged { format: Format::Las, reason: reason.into() }
-}
-
-/// Where the header says that the points start.
-fn point_offset(bytes: &[u8]) -> Option<usize> {
-    u32_at(bytes, 96)
-}
-
-fn u16_at(bytes: &[u8], at: usize) -> Option<usize> {
-    Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?).into())
-}
-
-fn u32_at(bytes: &[u8], at: usize) -> Option<usize> {
-    usize::try_from(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?)).ok()
-}
-
-fn u64_at(bytes: &[u8], at: usize) -> Option<usize> {
-    usize::try_from(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?)).ok()
 }
 
 #[cfg(test)]

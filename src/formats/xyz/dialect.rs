@@ -1,7 +1,9 @@
 //! How a line of text is parted into fields, and how its numbers are written.
 
-use super::super::text;
-use super::line::MAX_COLUMNS;
+use super::super::{Columns, text};
+
+/// The most columns a line may have: those that the sender can name.
+pub(super) const MAX_COLUMNS: usize = Columns::MAX as usize;
 
 /// A line without the blanks around it, and its number in the file, from 1.
 pub(super) type Line<'a> = (usize, &'a [u8]);

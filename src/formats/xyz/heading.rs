@@ -2,8 +2,8 @@
 
 use super::super::{Bounds, Format, FormatError, error::excerpt, text};
 use super::{
-    dialect::{DIALECTS, Dialect, Line},
-    line::{self, MAX_COLUMNS},
+    dialect::{DIALECTS, Dialect, Line, MAX_COLUMNS},
+    line,
     names::{self, Ambiguous},
     running,
 };

@@ -1,13 +1,11 @@
 //! How much of a text is looked at: the longest line, the most columns, and how often the caller is asked.
 
-use super::super::{Bounds, Columns, FormatError};
-use super::dialect::Dialect;
+use super::super::{Bounds, FormatError};
+use super::dialect::{Dialect, MAX_COLUMNS};
 
 /// The most bytes a line may have: 64 for each of [`MAX_COLUMNS`], rounded up. Longer comments are passed
 /// over.
 pub(super) const MAX_LINE_BYTES: usize = 64 * 1024;
-/// The most columns a line may have: those that the sender can name.
-pub(super) const MAX_COLUMNS: usize = Columns::MAX as usize;
 
 /// Bytes passed between two looks at whether to go on: less than a millisecond.
 const BYTES_A_LOOK: usize = 64 * 1024;

@@ -10,21 +10,10 @@ use std::{
 
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use super::line::Line;
+use super::{line::Line, patience::Patience};
 
 /// A newcomer that finds no room looks again this often whether a connection may be ended by now.
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
-
-/// How long the service waits for what its callers have to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Patience {
-    /// For the first whole head of a request, from the moment a connection is accepted.
-    pub head: Duration,
-    /// For the next request on a connection that has none under way, and for the next byte of a body.
-    pub idle: Duration,
-    /// For any part of an answer to be taken.
-    pub write: Duration,
-}
 
 /// The connections that are served at one time, over all listeners that share these.
 ///

@@ -7,7 +7,7 @@ use std::{
 use bytes::Bytes;
 use tokio_util::sync::CancellationToken;
 
-use super::Patience;
+use super::patience::Patience;
 
 /// A body that comes in as fast as this, in bytes a second, does not keep the service waiting: it is the
 /// slower ones that make room for newcomers.

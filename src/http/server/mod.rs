@@ -3,6 +3,7 @@
 mod connections;
 mod exchange;
 mod line;
+mod patience;
 
 use std::{io, sync::Arc, time::Duration};
 
@@ -22,7 +23,8 @@ use tokio_util::sync::CancellationToken;
 use super::seldom::Seldom;
 use crate::service::Peer;
 
-pub use connections::{Connections, Patience};
+pub use connections::Connections;
+pub use patience::Patience;
 
 use connections::Place;
 use exchange::Exchanges;

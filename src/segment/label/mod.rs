@@ -9,3 +9,5 @@ pub mod labelling;
 pub mod relabel;
 pub mod shares;
 pub mod spread;
+#[cfg(test)]
+mod tests;

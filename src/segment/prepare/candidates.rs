@@ -36,9 +36,9 @@ impl Candidates {
         let mut ranks = 0;
         for from in (0..n).step_by(LANES) {
             let rank = self.ranks(from);
-            for l in 0..LANES.min(self.len - from) {
-                ranks += rank[l];
-                let to = (rank[l] as usize).min(K);
+            for (l, &nearer) in rank.iter().enumerate().take(self.len - from) {
+                ranks += nearer;
+                let to = (nearer as usize).min(K);
                 (sq[to], place[to]) = (self.sq[from + l], self.place[from + l]);
             }
         }

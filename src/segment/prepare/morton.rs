@@ -24,21 +24,15 @@ const LARGE_BUCKET: usize = 1 << 15;
 /// # Errors
 /// `monitor` cancelled the work.
 pub fn morton_order(points: &[Vec3], monitor: &dyn Monitor) -> Result<Vec<u32>, Cancelled> {
-    let (lo, hi) = bounds(points);
-    let scale = 2_097_151.0 / (hi - lo).max().max(1e-300);
-    let code = |p: &Vec3| {
-        let q = (p - lo) * scale;
-        spread(q.x as u64) | spread(q.y as u64) << 1 | spread(q.z as u64) << 2
-    };
+    let codes = Codes::of(points);
     let place_bits = (points.len() as u64).next_power_of_two().trailing_zeros().max(1);
-    let place_of = |key: u64| (key & ((1 << place_bits) - 1)) as u32;
     let first = |part: usize| part * points.len() / PARTS;
     let parts: Vec<Bucketed> = (0..PARTS)
         .into_par_iter()
         .map(|part| {
             let range = first(part)..first(part + 1);
-            let key = |i: usize| (code(&points[i]) >> (place_bits - 1)) << place_bits | i as u64;
-            Bucketed::of(range.map(key).collect())
+            let leading = |i: usize| codes.of_point(&points[i]) >> (place_bits - 1);
+            Bucketed::of(range.map(|i| leading(i) << place_bits | i as u64).collect())
         })
         .collect();
     monitor.check()?;
@@ -46,43 +40,73 @@ pub fn morton_order(points: &[Vec3], monitor: &dyn Monitor) -> Result<Vec<u32>, 
     let length = |b: usize| parts.iter().map(|p| p.bucket(b).len()).sum::<usize>();
     let mut sum = 0;
     let ends: Vec<usize> = (0..buckets).map(|b| (sum += length(b), sum).1).collect();
-    let full = |i: u32| {
-        let p = &points[i as usize];
-        (code(p), p)
-    };
-    let compare = |a: &u32, b: &u32| {
-        let ((a, p), (b, q)) = (full(*a), full(*b));
-        a.cmp(&b).then(p.x.total_cmp(&q.x)).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z))
-    };
     let mut order = vec![0; points.len()];
     slices(&mut order, &ends).into_par_iter().enumerate().with_min_len(16).for_each_init(
         Vec::new,
         |keys, (b, order)| {
-            if monitor.cancelled() {
-                return;
-            }
-            keys.clear();
-            parts.iter().for_each(|p| keys.extend_from_slice(p.bucket(b)));
-            if keys.len() > LARGE_BUCKET {
-                keys.par_sort_unstable();
-            } else {
-                keys.sort_unstable();
-            }
-            order.iter_mut().zip(&*keys).for_each(|(i, key)| *i = place_of(*key));
-            let mut from = 0;
-            for run in keys.chunk_by(|a, b| a >> place_bits == b >> place_bits) {
-                let run = from..from + run.len();
-                from = run.end;
-                if run.len() > LARGE_BUCKET {
-                    order[run].par_sort_unstable_by(compare);
-                } else if run.len() > 1 {
-                    order[run].sort_unstable_by(compare);
-                }
+            if !monitor.cancelled() {
+                keys.clear();
+                parts.iter().for_each(|p| keys.extend_from_slice(p.bucket(b)));
+                sort_bucket(points, &codes, place_bits, keys, order);
             }
         },
     );
     monitor.check()?;
     Ok(order)
+}
+
+/// The order of the points of a bucket, whose `keys` end with `place_bits` of each one's place.
+fn sort_bucket(
+    points: &[Vec3],
+    codes: &Codes,
+    place_bits: u32,
+    keys: &mut [u64],
+    order: &mut [u32],
+) {
+    if keys.len() > LARGE_BUCKET {
+        keys.par_sort_unstable();
+    } else {
+        keys.sort_unstable();
+    }
+    let place_of = |key: u64| (key & ((1 << place_bits) - 1)) as u32;
+    order.iter_mut().zip(&*keys).for_each(|(i, key)| *i = place_of(*key));
+    let full = |i: u32| {
+        let p = &points[i as usize];
+        (codes.of_point(p), p)
+    };
+    let compare = |a: &u32, b: &u32| {
+        let ((a, p), (b, q)) = (full(*a), full(*b));
+        a.cmp(&b).then(p.x.total_cmp(&q.x)).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z))
+    };
+    let mut from = 0;
+    for run in keys.chunk_by(|a, b| a >> place_bits == b >> place_bits) {
+        let run = from..from + run.len();
+        from = run.end;
+        if run.len() > LARGE_BUCKET {
+            order[run].par_sort_unstable_by(compare);
+        } else if run.len() > 1 {
+            order[run].sort_unstable_by(compare);
+        }
+    }
+}
+
+/// Codes of points in a box: 21 bits of each coordinate, interleaved.
+struct Codes {
+    lo: Vec3,
+    scale: f64,
+}
+
+impl Codes {
+    fn of(points: &[Vec3]) -> Self {
+        let (lo, hi) = bounds(points);
+        // 2^21 - 1 steps; points that coincide have one code whatever the scale.
+        Self { lo, scale: 2_097_151.0 / (hi - lo).max().max(1e-300) }
+    }
+
+    fn of_point(&self, p: &Vec3) -> u64 {
+        let q = (p - self.lo) * self.scale;
+        spread(q.x as u64) | spread(q.y as u64) << 1 | spread(q.z as u64) << 2
+    }
 }
 
 /// Smallest and largest coordinates.

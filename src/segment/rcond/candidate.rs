@@ -1,6 +1,6 @@
-use super::{FittedSurface, watched};
-use crate::grow::{Grown, Pool};
+use super::{surface::FittedSurface, watched::watched};
 use crate::segment::Monitor;
+use crate::segment::rcond::grow::{Grown, Pool};
 
 /// The most points a candidate is judged on.
 const JUDGED: usize = 4096;

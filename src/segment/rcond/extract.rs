@@ -1,6 +1,6 @@
-use super::{Candidate, FittedSurface, watched};
-use crate::grow::Pool;
+use super::{candidate::Candidate, surface::FittedSurface, watched::watched};
 use crate::segment::Monitor;
+use crate::segment::rcond::grow::Pool;
 
 /// After so many cycles a region that still moves is taken as it is.
 const MAX_CYCLES: usize = 50;

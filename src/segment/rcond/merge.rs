@@ -1,4 +1,4 @@
-use super::{FittedSurface, Found, watched};
+use super::{found::Found, surface::FittedSurface, watched::watched};
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
 

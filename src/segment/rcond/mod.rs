@@ -2,36 +2,27 @@
 
 mod candidate;
 mod extract;
+mod found;
+pub mod grow;
 mod merge;
 mod refine;
 mod report;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod watched;
 
 use candidate::Candidate;
 use extract::{Extracted, extract};
+use found::Found;
 use merge::merge;
 use refine::refine;
 use report::report;
-use surface::FittedSurface;
 
 use super::random::SplitMix64;
-use super::{Counters, Monitor, Parameters, SegmentError, Segmentation, Stage};
+use super::{Monitor, Parameters, SegmentError, Segmentation, Stage};
 use crate::geometry::{Frame, PointCloud, Tolerance, Vec3, recover};
-use crate::grow::{Growth, Pool, RcondBelow};
-
-/// Points looked at between two looks at whether the work was cancelled.
-const WATCHED: usize = 1024;
-
-/// What `items` gives, until `monitor` cancels: then it ends early, and what is made of it is worth nothing.
-fn watched<'a, T>(
-    items: impl Iterator<Item = T> + Clone + 'a,
-    monitor: &'a dyn Monitor,
-) -> impl Iterator<Item = T> + Clone + 'a {
-    let goes_on = move |(k, _): &(usize, T)| k % WATCHED != 0 || !monitor.cancelled();
-    items.enumerate().take_while(goes_on).map(|(_, item)| item)
-}
+use crate::segment::rcond::grow::{Growth, Pool, RcondBelow};
 
 /// How many seed points compete for each region. The seed draws one, and asks in its last sentence what
 /// to do when it lies badly.
@@ -42,17 +33,6 @@ const MOST_GROWN: usize = 2;
 /// Largest mean square residual of a region over the threshold's square: an even spread has 1/3, noise
 /// of half the threshold 1/5.
 const FULLEST: f64 = 0.25;
-
-/// The regions found, in the order they were extracted.
-#[derive(Default)]
-struct Found {
-    /// Each region's surface.
-    surfaces: Vec<FittedSurface>,
-    /// Each point's region, -1 = none.
-    labels: Vec<i32>,
-    /// How much work it was.
-    counters: Counters,
-}
 
 /// The whole method.
 ///
@@ -163,64 +143,4 @@ fn extract_region(
     let threshold = parameters.algebraic_threshold;
     let fits = surface.mean_sq_residual() <= FULLEST * threshold * threshold;
     (real && fits && extracted.members.len() >= parameters.min_points).then_some(extracted)
-}
-
-impl Found {
-    fn accept(&mut self, pool: &Pool, extracted: &Extracted) {
-        let label = self.surfaces.len() as i32;
-        for &i in &extracted.members {
-            self.labels[pool.cloud_index(i) as usize] = label;
-        }
-        self.surfaces.push(extracted.surface);
-        self.counters.extraction_cycles.push(extracted.cycles.clone());
-        let total = self.counters.strategies.get_or_insert([0; 3]);
-        total.iter_mut().zip(extracted.strategies).for_each(|(t, s)| *t += s);
-    }
-
-    /// Each region's points, in the cloud's order.
-    fn members(&self, points: &[Vec3]) -> Vec<Vec<Vec3>> {
-        let mut members = vec![Vec::new(); self.surfaces.len()];
-        for (point, &label) in points.iter().zip(&self.labels) {
-            if let Some(of_region) = usize::try_from(label).ok().and_then(|l| members.get_mut(l)) {
-                of_region.push(*point);
-            }
-        }
-        members
-    }
-
-    /// Takes `fitted` as the surfaces; regions without one are dropped and the labels closed up.
-    /// True where a region was dropped.
-    fn keep(&mut self, fitted: Vec<Option<FittedSurface>>) -> bool {
-        let mut next = 0;
-        let new_label: Vec<i32> = fitted
-            .iter()
-            .map(|s| {
-                if s.is_some() {
-                    next += 1;
-                    next - 1
-                } else {
-                    -1
-                }
-            })
-            .collect();
-        let dropped = next < fitted.len() as i32;
-        self.surfaces = fitted.into_iter().flatten().collect();
-        self.map_labels(|label| new_label[label]);
-        dropped
-    }
-
-    fn relabel_merged(&mut self, kept: usize, gone: usize) {
-        self.map_labels(|label| {
-            let label = if label == gone { kept } else { label };
-            (if label > gone { label - 1 } else { label }) as i32
-        });
-    }
-
-    fn map_labels(&mut self, new_label: impl Fn(usize) -> i32) {
-        for label in &mut self.labels {
-            if let Ok(old) = usize::try_from(*label) {
-                *label = new_label(old);
-            }
-        }
-    }
 }

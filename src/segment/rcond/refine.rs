@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-use super::{FittedSurface, Found, watched};
+use super::{found::Found, surface::FittedSurface, watched::watched};
 use crate::geometry::{Quadric, Vec3};
 use crate::segment::{Monitor, Parameters};
 

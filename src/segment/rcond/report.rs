@@ -1,4 +1,4 @@
-use super::{FittedSurface, Found};
+use super::{found::Found, surface::FittedSurface};
 use crate::geometry::{Frame, Quadric, Recovered, Tolerance, Vec3, recover_local};
 use crate::segment::equation::Equations;
 use crate::segment::{Extent, Fit, Monitor, Parameters, Region, Segmentation, Unassigned};

@@ -1,3 +1,4 @@
+use super::surface::FittedSurface;
 use super::*;
 use crate::geometry::SurfaceType;
 use crate::segment::{Cancelled, Silent};

@@ -10,8 +10,6 @@
 mod fit;
 #[path = "../../../src/geometry/mod.rs"]
 mod geometry;
-#[path = "../../../src/grow/mod.rs"]
-mod grow;
 #[path = "../../../src/segment/mod.rs"]
 mod segment;
 

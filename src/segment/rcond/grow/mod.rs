@@ -13,7 +13,7 @@ mod strategy;
 #[cfg(test)]
 mod tests;
 
-pub use criterion::{RcondBelow, UNTESTED};
+pub use criterion::RcondBelow;
 pub use farthest::Farthest;
 pub use growth::{Grown, Growth};
 pub use halfway::Halfway;

@@ -52,11 +52,6 @@ impl Pool {
         self.points.len()
     }
 
-    /// Whether it was built without points.
-    pub fn is_empty(&self) -> bool {
-        self.points.is_empty()
-    }
-
     /// The point of that index.
     pub fn point(&self, index: u32) -> &Vec3 {
         &self.points[index as usize]

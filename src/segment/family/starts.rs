@@ -1,0 +1,64 @@
+//! Where the fits of a family begin.
+
+use std::cell::OnceCell;
+
+use super::Families;
+use crate::fit::starts::{LocalQuadric, Patch};
+use crate::fit::{Family, Shape, starts};
+
+impl Families {
+    /// Starts of one family: shapes of it (or one step simpler) already seen, then cold ones.
+    pub(super) fn starts(
+        &self,
+        family: Family,
+        patch: &Patch<'_>,
+        seen: &[Shape],
+        quadrics: &OnceCell<(Option<LocalQuadric>, Option<LocalQuadric>)>,
+    ) -> Vec<Shape> {
+        let p = patch.points;
+        let quadrics = || quadrics.get_or_init(|| starts::quadrics(p));
+        let mut out: Vec<Shape> =
+            seen.iter().rev().filter(|s| s.family == family).copied().collect();
+        match family {
+            Family::Plane => out.extend(starts::plane(p)),
+            Family::Sphere => out.extend(starts::sphere(p)),
+            Family::Cylinder => out.extend(
+                starts::cylinder_axes(patch, quadrics().0.as_ref())
+                    .iter()
+                    .filter_map(|w| starts::cylinder(p, w)),
+            ),
+            Family::Cone => {
+                out.extend(starts::cone(patch));
+                for s in seen.iter().filter(|s| s.family == Family::Cylinder) {
+                    for half in [0.05, -0.05] {
+                        out.push(Shape { family, size: [s.size[0], half, 0.0], ..*s });
+                    }
+                }
+            }
+            Family::EllipticCylinder => {
+                out.extend(
+                    starts::cylinder_axes(patch, quadrics().0.as_ref())
+                        .iter()
+                        .filter_map(|w| starts::elliptic_cylinder(p, w)),
+                );
+                for s in seen.iter().filter(|s| s.family == Family::Cylinder) {
+                    out.push(Shape { family, size: [s.size[0] * 1.05, s.size[0], 0.0], ..*s });
+                }
+            }
+            Family::Torus => out.extend(starts::torus(patch)),
+            Family::Ellipsoid => {
+                let (taubin, specific) = quadrics();
+                out.extend(taubin.as_ref().and_then(LocalQuadric::ellipsoid));
+                out.extend(specific.as_ref().and_then(LocalQuadric::ellipsoid));
+                for s in seen.iter().filter(|s| s.family == Family::Sphere) {
+                    out.push(Shape {
+                        family,
+                        size: [s.size[0] * 1.05, s.size[0], s.size[0] * 0.95],
+                        ..*s
+                    });
+                }
+            }
+        }
+        out
+    }
+}
