@@ -221,9 +221,9 @@ fn refinement_brings_the_surfaces_nearer_to_the_truth() {
     let random = &mut Random::new(6);
     let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
     let patches = vec![
-        Patch::plane(Vec3::zeros(), 60.0 * x, 60.0 * y, 16_000, random),
-        Patch::cylinder(Vec3::new(120.0, 0.0, 0.0), 60.0 * z, 20.0, [0.0, 3.0], 16_000, random),
-        Patch::sphere(Vec3::new(0.0, 120.0, 30.0), 25.0, |d| d.z > 0.0, 16_000, random),
+        Patch::plane(Vec3::zeros(), 60.0 * x, 60.0 * y, 50_000, random),
+        Patch::cylinder(Vec3::new(120.0, 0.0, 0.0), 60.0 * z, 20.0, [0.0, 3.0], 50_000, random),
+        Patch::sphere(Vec3::new(0.0, 120.0, 30.0), 25.0, |d| d.z > 0.0, 50_000, random),
     ];
     let cloud = Cloud::assemble("large", patches, SIGMA, 0, random);
     let wrong = |refine: &str| {
