@@ -39,8 +39,7 @@ pub fn holds_surface(
     let trials = &mut (0, 0);
     let search = Search { most: SEEDS, ..Search::new(&scene, &families, parameters.seed) };
     let found = search.run(trials, |_| false, monitor)?;
-    let none = vec![-1; m];
-    let chosen = select(&scene, found, sigma, &none, 0, LEAST).0;
+    let chosen = select(&scene, found, sigma, 0, LEAST).0;
     monitor.check()?;
     Ok(!chosen.is_empty())
 }

@@ -41,15 +41,11 @@ pub fn discover(
 ) -> Result<Partition, Cancelled> {
     let mut model = Partition { labels: vec![-1; scene.len()], ..Partition::default() };
     let mut doubtful = false;
-    // points that were looked at among what is left
-    let mut vain = vec![false; scene.len()];
+    let mut left = Left::of(scene.len());
     for pass in 0..PASSES {
-        let open: Vec<u32> =
-            (0..scene.len() as u32).filter(|&i| model.labels[i as usize] < 0).collect();
         // What surfaces leave of their own is more than what a whole cloud must have.
         let least = families.policy.least;
-        let fresh = open.iter().filter(|&&i| !vain[i as usize]).count();
-        if fresh < if pass == 0 { least } else { least * 3 / 2 } {
+        if left.look(&model.labels) < if pass == 0 { least } else { least * 3 / 2 } {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
@@ -60,32 +56,19 @@ pub fn discover(
                 break;
             };
             doubtful = suspected;
-            choose(scene, found, families, 0, monitor)?
+            let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
+            model.thin = thin(&labels, chosen.len(), enough);
+            (chosen, labels)
         } else {
-            // What is left has a graph of its own: strips a point or two wide hold together in it.
-            let left = open.iter().map(|&i| scene.points[i as usize]).collect();
-            let mut rest = Scene::watched(left, monitor)?;
-            rest.sharpen_normals(families.sigma);
             let few = families.with_least(LEFT);
-            let before: Vec<bool> =
-                open.iter().map(|&i| std::mem::replace(&mut vain[i as usize], true)).collect();
-            let search = Search { vain: &before, ..Search::new(&rest, &few, seed) };
-            let found = search.run(&mut model.trials, |_| false, monitor)?;
-            let found = found.into_iter().filter(|h| h.sound).collect();
+            let rest = left.scene(scene, families.sigma, monitor)?;
+            let found = left.hypotheses(&rest, &few, seed, &mut model.trials, monitor)?;
             choose(&rest, found, &few, model.shapes.len(), monitor)?
         };
-        if chosen.is_empty() {
+        if chosen.is_empty() || model.thin.is_some() {
             break;
         }
-        if pass == 0 {
-            model.thin = thin(&labels, chosen.len(), enough);
-            if model.thin.is_some() {
-                break;
-            }
-        }
-        for (&i, l) in open.iter().zip(labels) {
-            model.labels[i as usize] = l;
-        }
+        left.open.iter().zip(labels).for_each(|(&i, l)| model.labels[i as usize] = l);
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
@@ -93,13 +76,12 @@ pub fn discover(
             model.form_error = true;
             break;
         }
-        let least = members(&model.labels, model.shapes.len()).iter().map(Vec::len).min();
-        if let Some(least) = least.filter(|l| *l < enough) {
-            model.thin = Some(least);
+        let smallest = members(&model.labels, model.shapes.len()).iter().map(Vec::len).min();
+        model.thin = smallest.filter(|l| *l < enough);
+        if model.thin.is_some() {
             break;
         }
-        let last = pass + 1 == PASSES;
-        drop_unsound(scene, &mut model, families.sigma, last);
+        drop_unsound(scene, &mut model, families.sigma, pass + 1 == PASSES);
         if families.policy.merge {
             adopt(scene, &mut model, families.sigma);
         }
@@ -109,6 +91,54 @@ pub fn discover(
         }
     }
     Ok(model)
+}
+
+/// The points that surfaces leave.
+struct Left {
+    open: Vec<u32>,
+    /// Whether a point was there when hypotheses were last looked for among what is left.
+    vain: Vec<bool>,
+}
+
+impl Left {
+    fn of(points: usize) -> Self {
+        Self { open: Vec::new(), vain: vec![false; points] }
+    }
+
+    /// Looks which points have no label. Returns how many of them have not been looked at in vain.
+    fn look(&mut self, labels: &[i32]) -> usize {
+        self.open = (0..labels.len() as u32).filter(|&i| labels[i as usize] < 0).collect();
+        self.open.iter().filter(|&&i| !self.vain[i as usize]).count()
+    }
+
+    /// The points with a graph of their own: strips a point or two wide hold together in it.
+    fn scene<'a>(
+        &self,
+        scene: &Scene,
+        sigma: f64,
+        monitor: &'a dyn Monitor,
+    ) -> Result<Scene<'a>, Cancelled> {
+        let points = self.open.iter().map(|&i| scene.points[i as usize]).collect();
+        let mut rest = Scene::watched(points, monitor)?;
+        rest.sharpen_normals(sigma);
+        Ok(rest)
+    }
+
+    /// The sound hypotheses among them, from what has not been looked at in vain.
+    fn hypotheses(
+        &mut self,
+        rest: &Scene,
+        families: &Families,
+        seed: u64,
+        trials: &mut (usize, usize),
+        monitor: &dyn Monitor,
+    ) -> Result<Vec<Hypothesis>, Cancelled> {
+        let looked = |&i: &u32| std::mem::replace(&mut self.vain[i as usize], true);
+        let vain: Vec<bool> = self.open.iter().map(looked).collect();
+        let search = Search { vain: &vain, ..Search::new(rest, families, seed) };
+        let found = search.run(trials, |_| false, monitor)?;
+        Ok(found.into_iter().filter(|h| h.sound).collect())
+    }
 }
 
 /// Share of the surfaces that may have too few points: hypotheses that bridge others leave slivers to these.
@@ -132,8 +162,7 @@ pub fn choose(
     first_label: usize,
     monitor: &dyn Monitor,
 ) -> Result<(Vec<Hypothesis>, Vec<i32>), Cancelled> {
-    let none = vec![-1; part.len()];
-    let chosen = select(part, found, families.sigma, &none, first_label, families.policy.least);
+    let chosen = select(part, found, families.sigma, first_label, families.policy.least);
     monitor.check().map(|()| chosen)
 }
 

@@ -1,7 +1,9 @@
 //! Growing one hypothesis from a seed: start set, fits at doubling sizes, support.
 
+use std::ops::ControlFlow;
+
 use crate::fit::starts::Patch;
-use crate::fit::{Ruler, Shape};
+use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
 use crate::segment::grow::start::{NEAREST, STARTS, Start, start_set};
@@ -35,21 +37,28 @@ pub struct Hypothesis {
     pub sound: bool,
 }
 
-/// Collects every `step`-th of `support` as points and normals, at most about `limit`.
-fn sample(
-    scene: &Scene,
-    support: &[u32],
-    limit: usize,
-    points: &mut Vec<Vec3>,
-    normals: &mut Vec<Vec3>,
-) {
-    points.clear();
-    normals.clear();
-    let m = support.len().min(limit);
-    for k in 0..m {
-        let i = support[k * support.len() / m] as usize;
-        points.push(scene.points[i]);
-        normals.push(scene.normals[i]);
+/// Points of a set and the normals there.
+#[derive(Default)]
+struct Sample {
+    points: Vec<Vec3>,
+    normals: Vec<Vec3>,
+}
+
+impl Sample {
+    /// Takes at most about `limit` points of `support`, evenly.
+    fn take(&mut self, scene: &Scene, support: &[u32], limit: usize) {
+        self.points.clear();
+        self.normals.clear();
+        let m = support.len().min(limit);
+        for k in 0..m {
+            let i = support[k * support.len() / m] as usize;
+            self.points.push(scene.points[i]);
+            self.normals.push(scene.normals[i]);
+        }
+    }
+
+    fn patch(&self) -> Patch<'_> {
+        Patch { points: &self.points, normals: &self.normals }
     }
 }
 
@@ -84,14 +93,18 @@ pub fn grow(
 fn fits_nearest(scene: &Scene, walk: &mut Walk, families: &Families, seed: usize) -> bool {
     let (start, most, _) = NEAREST;
     let set = start_set(scene, walk, seed, start, most, families.sigma);
-    let (mut points, mut normals) = (Vec::new(), Vec::new());
-    sample(scene, &set, FIT_SAMPLE, &mut points, &mut normals);
-    let patch = Patch { points: &points, normals: &normals };
-    families.best(&patch, &[], &mut Vec::new()).is_some_and(|b| b.reduced <= FITS)
+    let mut sample = Sample::default();
+    sample.take(scene, &set, FIT_SAMPLE);
+    families.best(&sample.patch(), &[], &mut Vec::new()).is_some_and(|b| b.reduced <= FITS)
 }
 
-/// Reduced chi2 up to which a surface may be the points'.
+/// Reduced chi2 up to which a surface may be the points', and one up to which it is good enough to be kept.
 const FITS: f64 = 2.0;
+const GOOD: f64 = 1.35;
+/// Times that a support grows at most.
+const TIMES: usize = 40;
+/// Correlation of residuals up to which growth may end, beside chance.
+const WHITE: f64 = 0.08;
 
 fn grow_from(
     scene: &Scene,
@@ -100,84 +113,134 @@ fn grow_from(
     start: Vec<u32>,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    let sigma = families.sigma;
-    let (mut points, mut normals) = (Vec::new(), Vec::new());
-    let mut support = start;
-    sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
+    let mut sample = Sample::default();
+    sample.take(scene, &start, FIT_SAMPLE);
     let mut hopeless = Vec::new();
-    let patch = Patch { points: &points, normals: &normals };
-    let mut best: Scored = families.best(&patch, &[], &mut hopeless)?;
+    let best = families.best(&sample.patch(), &[], &mut hopeless)?;
     if best.reduced > FITS {
         return None;
     }
-    let mut good: Option<(Shape, Vec<u32>)> = None;
-    let mut fresh = true;
-    let mut thorough = THOROUGH;
-    for _ in 0..40 {
+    let mut growth = Growth {
+        scene,
+        walk,
+        families,
+        sample,
+        support: start,
+        best,
+        hopeless,
+        fresh: true,
+        thorough: THOROUGH,
+        good: None,
+    };
+    for _ in 0..TIMES {
         if scene.cancelled() {
             return None;
         }
-        let shape = best.shape;
-        let ruler = Ruler::of(&shape);
-        let limit = (support.len() * 2).max(40);
-        let next = walk.near(scene, &support, limit, &ruler, REACH * sigma).to_vec();
+        if growth.step(min_points).is_break() {
+            break;
+        }
+    }
+    growth.end()
+}
+
+/// A surface on its way to all the points that it explains.
+struct Growth<'a> {
+    scene: &'a Scene<'a>,
+    walk: &'a mut Walk,
+    families: &'a Families,
+    sample: Sample,
+    support: Vec<u32>,
+    best: Scored,
+    /// Families that do not explain the points so far.
+    hopeless: Vec<Family>,
+    /// Whether the last fit was of any family.
+    fresh: bool,
+    /// Thorough fits that are left.
+    thorough: usize,
+    /// The last surface that was good enough, and its points.
+    good: Option<(Shape, Vec<u32>)>,
+}
+
+impl Growth<'_> {
+    /// Takes in the points near the surface, up to twice as many as before, and fits it to them. Breaks where there
+    /// are no more.
+    fn step(&mut self, min_points: usize) -> ControlFlow<()> {
+        let shape = self.best.shape;
+        let limit = (self.support.len() * 2).max(40);
+        let reach = REACH * self.families.sigma;
+        let next = self.walk.near(self.scene, &self.support, limit, &Ruler::of(&shape), reach);
         if next.len() < min_points.min(20) {
-            break;
+            return ControlFlow::Break(());
         }
-        let stalled = next.len() * 20 < support.len() * 21;
-        if stalled && fresh {
-            support = next;
-            // A fit caught halfway along its valley looks like this: small residuals that go together.
-            let among = |j| walk.contains(j);
-            let left = correlation(scene, &shape, &support, sigma, among);
-            if thorough == 0 || left < 0.08 + CHANCE / (support.len() as f64).sqrt() {
-                break;
-            }
-            thorough -= 1;
-            sample(scene, &support, THOROUGH_SAMPLE, &mut points, &mut normals);
-            let patch = Patch { points: &points, normals: &normals };
-            let Some(found) = families.thorough(&patch, &shape, &hopeless) else { break };
-            best = found;
-            continue;
+        let stalled = next.len() * 20 < self.support.len() * 21;
+        self.support.clear();
+        self.support.extend_from_slice(next);
+        if stalled && self.fresh {
+            return self.fit_thoroughly(&shape);
         }
-        support = next;
-        sample(scene, &support, FIT_SAMPLE, &mut points, &mut normals);
-        let patch = Patch { points: &points, normals: &normals };
+        self.fit(&shape, stalled)?;
+        if self.best.reduced < GOOD {
+            self.good = Some((self.best.shape, self.support.clone()));
+        } else if self.best.reduced > FITS {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Looks for a better surface where growth would end although residuals go together: a fit caught halfway along
+    /// its valley looks like that.
+    fn fit_thoroughly(&mut self, shape: &Shape) -> ControlFlow<()> {
+        let Self { scene, walk, families, support, .. } = self;
+        let left = correlation(scene, shape, support, families.sigma, |j| walk.contains(j));
+        if self.thorough == 0 || left < WHITE + CHANCE / (support.len() as f64).sqrt() {
+            return ControlFlow::Break(());
+        }
+        self.thorough -= 1;
+        self.sample.take(scene, support, THOROUGH_SAMPLE);
+        match families.thorough(&self.sample.patch(), shape, &self.hopeless) {
+            Some(found) => self.best = found,
+            None => return ControlFlow::Break(()),
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Fits the surface to the points, or any family where it does not explain them or growth has `stalled`.
+    fn fit(&mut self, shape: &Shape, stalled: bool) -> ControlFlow<()> {
+        let Self { scene, families, support, sample, .. } = self;
+        sample.take(scene, support, FIT_SAMPLE);
+        let points = &sample.points;
         let warm = families
-            .polish(&shape, &points, 12)
-            .map(|f| families.score(f.shape, &points))
+            .polish(shape, points, 12)
+            .map(|f| families.score(f.shape, points))
             .filter(|s| !families.degenerate(&s.shape));
-        match warm {
-            Some(w) if !stalled && families.explains(&w, points.len()) => {
-                best = w;
-                fresh = false;
-            }
-            _ => {
-                let start = warm.map_or(shape, |w| w.shape);
-                if stalled {
-                    hopeless.clear();
-                }
-                let Some(next) = families.best(&patch, &[start], &mut hopeless) else { break };
-                best = next;
-                fresh = true;
-            }
+        if let Some(w) = warm.filter(|w| !stalled && families.explains(w, points.len())) {
+            (self.best, self.fresh) = (w, false);
+            return ControlFlow::Continue(());
         }
-        if best.reduced < 1.35 {
-            good = Some((best.shape, support.clone()));
-        } else if best.reduced > FITS {
-            break;
+        let start = warm.map_or(*shape, |w| w.shape);
+        if stalled {
+            self.hopeless.clear();
         }
+        match families.best(&sample.patch(), &[start], &mut self.hopeless) {
+            Some(next) => (self.best, self.fresh) = (next, true),
+            None => return ControlFlow::Break(()),
+        }
+        ControlFlow::Continue(())
     }
-    let shape = best.shape;
-    let ruler = Ruler::of(&shape);
-    if best.reduced < 1.35 {
-        let support = walk.near(scene, &support, usize::MAX, &ruler, REACH * sigma).to_vec();
-        good = Some((shape, support));
-    }
-    good.map(|(shape, support)| {
+
+    /// The last good surface with all the points that hang together near it.
+    fn end(self) -> Option<Hypothesis> {
+        let Self { scene, walk, families, support, best, mut good, .. } = self;
+        let sigma = families.sigma;
+        if best.reduced < GOOD {
+            let ruler = Ruler::of(&best.shape);
+            let support = walk.near(scene, &support, usize::MAX, &ruler, REACH * sigma).to_vec();
+            good = Some((best.shape, support));
+        }
+        let (shape, support) = good?;
         walk.run(scene, &support, support.len(), |from, _| from.is_none());
         let correlation = correlation(scene, &shape, &support, sigma, |j| walk.contains(j));
         let sound = !correlated(correlation, support.len()) && !is_parabolic(&shape);
-        Hypothesis { shape, support, correlation, sound }
-    })
+        Some(Hypothesis { shape, support, correlation, sound })
+    }
 }
