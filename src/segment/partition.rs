@@ -2,10 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use crate::fit::Shape;
+use rayon::prelude::*;
+
+use crate::fit::{Ruler, Shape};
+use crate::geometry::Vec3;
 use crate::segment::label::changes::Changes;
 use crate::segment::moves::memo::Memo;
+use crate::segment::objective::UNASSIGNED;
 use crate::segment::prepare::scene::Scene;
+
+/// Points whose costs are summed at once.
+const CHUNK: usize = 4096;
 
 /// The surfaces found in a scene and the label of each of its points.
 #[derive(Clone, Debug, Default)]
@@ -44,6 +51,23 @@ impl Partition {
             self.vain.clear();
         }
         self.changes.note(scene, &self.shapes, &self.labels, sigma)
+    }
+
+    /// The length of the description of a scene by these surfaces and labels, in units of chi2: the squared distance of
+    /// each labelled point in sigmas, the price of each that has no surface, and the parameters of each surface.
+    pub fn energy(&self, scene: &Scene, sigma: f64) -> f64 {
+        let inverse = 1.0 / (sigma * sigma);
+        let rulers: Vec<Ruler> = self.shapes.iter().map(Ruler::of).collect();
+        let cost = |(p, &l): (&Vec3, &i32)| match usize::try_from(l) {
+            Ok(l) => (rulers[l].distance(p).powi(2) * inverse).min(UNASSIGNED),
+            Err(_) => UNASSIGNED,
+        };
+        // in chunks of one size, so that the sum does not depend on the number of threads
+        let chunks = scene.points.par_chunks(CHUNK).zip(self.labels.par_chunks(CHUNK));
+        let sums: Vec<f64> = chunks.map(|(p, l)| p.iter().zip(l).map(cost).sum()).collect();
+        let counts = members(&self.labels, self.shapes.len()).into_iter().map(|m| m.len().max(1));
+        let lengths = self.shapes.iter().zip(counts).map(|(s, n)| s.family.description_length(n));
+        sums.iter().sum::<f64>() + lengths.sum::<f64>()
     }
 
     /// Share of the points that surfaces explain.

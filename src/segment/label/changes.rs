@@ -84,9 +84,8 @@ impl Changes {
         k = 0;
         self.regions.retain(|_| (kept(k), k += 1).0);
         let renumber = |l: &mut i32| {
-            if *l >= 0 {
-                *l = if (*l as usize) < known { to[*l as usize] } else { -1 };
-            }
+            let new = usize::try_from(*l).ok().filter(|l| *l < known).and_then(|l| to.get(l));
+            *l = new.copied().unwrap_or(-1);
         };
         self.labels.iter_mut().for_each(renumber);
         for block in &mut self.blocks {

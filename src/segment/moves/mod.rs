@@ -59,25 +59,131 @@ pub fn converge(
         }
     }
     settle(scene, model, families.sigma, SETTLED);
-    for _ in 0..MOVES {
-        if !families.policy.refine {
-            break;
-        }
-        monitor.check()?;
-        let gone = remove_needless(scene, model, families);
-        monitor.check()?;
-        let swapped = swap_families(scene, model, families);
-        monitor.check()?;
-        let broken = split(scene, model, families);
-        monitor.check()?;
-        model.merges += merge(scene, model, families);
-        monitor.check()?;
-        settle(scene, model, families.sigma, SETTLED);
-        if gone + swapped + broken == 0 {
-            break;
-        }
+    if families.policy.refine {
+        improve(scene, model, families, monitor)?;
     }
     monitor.check()?;
     prune(model, families.policy.least);
     Ok(())
+}
+
+/// What labels that settle may add to the energy of a description: each is placed by its neighbours' word as well.
+const SLACK: f64 = 30.0;
+
+/// Moves of each kind in turn, as long as any makes the description of the scene shorter. Those of one kind that make
+/// it longer once labels have settled are taken back, and no more of it are tried.
+fn improve(
+    scene: &Scene,
+    model: &mut Partition,
+    families: &Families,
+    monitor: &dyn Monitor,
+) -> Result<(), Cancelled> {
+    let mut kinds: Vec<Moves> = vec![remove_needless, swap_families, split_and_merge];
+    let mut energy = model.energy(scene, families.sigma);
+    for _ in 0..MOVES {
+        let mut gained = false;
+        let mut next = Vec::with_capacity(kinds.len());
+        for kind in kinds {
+            monitor.check()?;
+            let (shapes, labels) = (model.shapes.clone(), model.labels.clone());
+            if kind(scene, model, families) > 0 {
+                settle(scene, model, families.sigma, SETTLED);
+                let after = model.energy(scene, families.sigma);
+                if after > energy + SLACK {
+                    (model.shapes, model.labels) = (shapes, labels);
+                    model.note(scene, families.sigma);
+                    continue;
+                }
+                (energy, gained) = (after, true);
+            }
+            next.push(kind);
+        }
+        kinds = next;
+        if !gained {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Moves of one kind; returns how many there were.
+type Moves = fn(&Scene<'_>, &mut Partition, &Families) -> usize;
+
+/// Surfaces that stand for several give way to these, and what is one surface is joined.
+fn split_and_merge(scene: &Scene<'_>, model: &mut Partition, families: &Families) -> usize {
+    let broken = split(scene, model, families);
+    let merged = merge(scene, model, families);
+    model.merges += merged;
+    broken + merged
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fits::Random;
+    use crate::fit::{Family, Shape};
+    use crate::geometry::Vec3;
+    use crate::segment::prepare::morton::morton_order;
+    use crate::segment::{Parameters, Silent, family::Policy};
+
+    /// Faces of a box with a bore, cut into random wrong regions.
+    fn muddled(seed: u64) -> (Scene<'static>, Partition, Families) {
+        let random = &mut Random::new(seed);
+        let sigma = 0.01;
+        let points: Vec<Vec3> = (0..6000)
+            .map(|k| {
+                let (u, v) = (random.uniform(0.0, 20.0), random.uniform(0.0, 10.0));
+                let e = sigma * random.normal();
+                let (sin, cos) = (0.3 * u).sin_cos();
+                match k % 3 {
+                    0 => Vec3::new(u, v, e),
+                    1 => Vec3::new(u, e, v),
+                    _ => Vec3::new(30.0 + (4.0 + e) * cos, (4.0 + e) * sin, v),
+                }
+            })
+            .collect();
+        let order = morton_order(&points, &Silent).unwrap_or_default();
+        let points: Vec<Vec3> = order.iter().map(|&i| points[i as usize]).collect();
+        let mut plane = |normal: Vec3, x: f64| {
+            let tilt = 0.01 * Vec3::new(random.normal(), random.normal(), random.normal());
+            let at = Vec3::new(x, 5.0 * normal.z, 5.0 * normal.y);
+            Shape::with_axis(Family::Plane, at, (normal + tilt).normalize(), [0.0; 3])
+        };
+        let mut shapes: Vec<Shape> = [5.0, 15.0].map(|x| plane(Vec3::z(), x)).to_vec();
+        shapes.extend([5.0, 15.0].map(|x| plane(Vec3::y(), x)));
+        let bore = Vec3::new(30.0, 0.0, 0.0);
+        shapes.push(Shape::with_axis(Family::Cone, bore, Vec3::z(), [4.0, 0.001, 0.0]));
+        let label = |p: &Vec3| match p.x {
+            x if x > 25.0 => 4,
+            x => i32::from(x > 10.0) + 2 * i32::from(p.y.abs() < p.z.abs()),
+        };
+        let labels = points.iter().map(label).collect();
+        let families = Families {
+            allowed: Family::ALL.to_vec(),
+            sigma,
+            floor: sigma,
+            max_radius: 1e3,
+            strips: true,
+            policy: Policy::of(&Parameters::default()),
+        };
+        (Scene::new(points), Partition { shapes, labels, ..Partition::default() }, families)
+    }
+
+    #[test]
+    fn no_round_of_moves_makes_the_description_longer() {
+        for seed in 0..6 {
+            let (scene, mut model, families) = muddled(seed);
+            settle(&scene, &mut model, families.sigma, SETTLED);
+            let mut before = model.energy(&scene, families.sigma);
+            for _ in 0..3 {
+                improve(&scene, &mut model, &families, &Silent).unwrap();
+                let after = model.energy(&scene, families.sigma);
+                assert!(after <= before + SLACK, "{seed}: {before} {after}");
+                before = after;
+            }
+            let found: Vec<Family> = model.shapes.iter().map(|s| s.family).collect();
+            assert_eq!(found.len(), 3, "{seed}: {found:?}");
+            assert_eq!(found.iter().filter(|f| **f == Family::Cylinder).count(), 1, "{found:?}");
+        }
+    }
 }
