@@ -33,8 +33,8 @@ use crate::segment::{Cancelled, Monitor};
 /// Rounds of labels and fits that settle, and those that show what is one surface.
 const SETTLED: usize = 8;
 const FEW: usize = 2;
-/// Rounds of moves on the total energy after each pass.
-const MOVES: usize = 3;
+/// Rounds of moves after each pass at most: each makes the description shorter, and three are mostly enough.
+const MOVES: usize = 12;
 
 /// Settles labels, families and surfaces: relabelling with refits, types, merging, then moves on the
 /// total energy.
