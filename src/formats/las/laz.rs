@@ -12,6 +12,9 @@ use std::sync::{
 use super::super::FormatError;
 use super::{damaged, point_offset, u16_at, u32_at, u64_at};
 
+/// The compressor, by its number in the LAZ record, of points in layers.
+const LAYERED: usize = 3;
+
 /// Longest point record; the decoder keeps some kilobytes for each byte of it.
 pub(super) const MAX_RECORD: usize = 1024;
 
@@ -27,6 +30,10 @@ pub(super) fn check(bytes: &[u8], vlr: &[u8]) -> Result<u64, FormatError> {
     let layers = Layers::of(vlr).ok_or_else(|| damaged("its LAZ record is cut off"))?;
     if layers.record > MAX_RECORD {
         return Err(damaged("its compressed point records are too long"));
+    }
+    if layers.sizes > 0 && u16_at(vlr, 0) != Some(LAYERED) {
+        // the library would take the layers' sizes from another place than they are checked at
+        return Err(damaged("its compressor is not the one of its point records"));
     }
     let Some(table) = table else {
         // without a table a layered file shows no end of its points; other forms reserve nothing

@@ -208,4 +208,18 @@ pub(super) mod tests {
         let chunk_table = u64_at(&bytes, start).unwrap();
         assert!(refused(first_layer) && refused(first_layer + 32) && refused(chunk_table + 4));
     }
+
+    #[test]
+    fn layers_of_a_compressor_without_layers_are_refused() {
+        let (bytes, _) = file(6, true, 300);
+        let record = bytes.windows(14).position(|w| w == b"laszip encoded").unwrap();
+        let compressor = record - 2 + 54;
+        assert_eq!(u16_at(&bytes, compressor), Some(3));
+        for other in [0, 1, 2] {
+            let mut bytes = bytes.clone();
+            bytes[compressor] = other;
+            let error = read(&bytes, &Limits::default()).unwrap_err();
+            assert!(error.to_string().contains("compressor"), "{error}");
+        }
+    }
 }
