@@ -160,7 +160,7 @@ impl Sample<'_> {
             let many = is_dense(numbers) || numbers.len() >= FEWEST_SPARSE;
             self.others_are_whole() || (!even && (!many || are_alike(&self.styles)))
         } else {
-            !self.is_shuffled(numbers) && !self.is_one_number() && !self.has_rings()
+            !self.is_shuffled(numbers) && !self.is_label(numbers) && !self.has_rings()
         };
         sure.then_some(First::Coordinate)
     }
@@ -199,13 +199,15 @@ impl Sample<'_> {
             && !self.others_are_whole()
     }
 
-    /// Whether the first column has one whole number in all of the text, and the others have fractions.
-    fn is_one_number(&self) -> bool {
+    /// Whether the first column has whole numbers and the others fractions, and it stays throughout or the
+    /// fourth column is below 0 as no intensity is.
+    fn is_label(&self, numbers: &[i64]) -> bool {
         let [first, others @ ..] = self.styles;
-        let one = self.column(0).windows(2).all(|pair| pair[0] == pair[1]);
-        let later = self.later.iter().all(|x| *x == self.points[0][0]);
-        let many = self.points.len() >= FEWEST_SHUFFLED;
-        many && one && later && first.is_plain() && !others.into_iter().any(Style::is_plain)
+        let plain = first.is_plain() && !others.into_iter().any(Style::is_plain);
+        let number = self.points[0][0];
+        let stays = self.column(0).iter().chain(&self.later).all(|x| *x == number);
+        let signed = || numbers.iter().all(|n| *n >= 0) && self.column(3).iter().any(|x| *x < 0.0);
+        plain && self.points.len() >= FEWEST_SHUFFLED && (stays || signed())
     }
 
     /// Whether the first column counts up to one number again and again, while no other column stays.
