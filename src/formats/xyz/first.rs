@@ -178,7 +178,11 @@ impl Sample<'_> {
         let [_, y, z, next] = self.styles;
         let intensity = orders[2] == Order::Rough && order::is_like_intensity(&self.column(3));
         let profile = intensity && self.is_profile(&orders);
-        !profile && (!are_alike(&[y, z]) || are_alike(&[y, z, next]))
+        let coordinate = match (are_alike(&[y, z]), next.is_plain()) {
+            (true, _) => are_alike(&[y, z, next]),
+            (false, plain) => !plain || y.is_plain() || z.is_plain(),
+        };
+        coordinate && !profile
     }
 
     /// Whether the second and third column run smoothly, or hardly vary beside the other one.

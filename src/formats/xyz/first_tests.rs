@@ -70,7 +70,9 @@ fn times_before_x_are_passed_over_or_refused() {
     let mut random = Random(3);
     let (mut wrong, mut count) = (Vec::new(), 0);
     for n in [60, 400, 3000] {
-        let (along, points) = (50, scan(n, 50, &mut random));
+        // of 3000 points, one line and a part of the next are looked at
+        let along = if n < 3000 { 50 } else { 600 };
+        let points = scan(n, along, &mut random);
         let mut jitter = |i: usize| 0.05 * i as f64 + 0.005 * random.unit();
         let seconds: Vec<f64> = (0..n).map(|i| 345_600.0 + jitter(i)).collect();
         let dates: Vec<f64> = (0..n).map(|i| 1.7e9 + jitter(i)).collect();

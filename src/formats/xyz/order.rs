@@ -84,20 +84,20 @@ pub(super) fn is_like_intensity(values: &[f64]) -> bool {
 
 /// A column that ascends line after line, and begins each line anew.
 pub(super) struct Lines<'a> {
+    /// All of them; the last one may be cut off.
     lines: Vec<&'a [f64]>,
 }
 
 impl<'a> Lines<'a> {
-    /// The fewest whole lines, and values of a line.
-    const FEWEST: usize = 3;
+    /// The fewest values of a line.
     const SHORTEST: usize = 4;
 
-    /// The whole lines of a column, those before the last; `None` where they are few or short.
+    /// The lines of a column; `None` where there is but one, or a whole one is short.
     pub(super) fn of(values: &'a [f64]) -> Option<Self> {
-        let mut lines: Vec<&[f64]> = values.chunk_by(|a, b| a < b).collect();
-        lines.pop();
-        let whole = lines.iter().all(|line| line.len() >= Self::SHORTEST);
-        (whole && lines.len() >= Self::FEWEST).then_some(Self { lines })
+        let lines: Vec<&[f64]> = values.chunk_by(|a, b| a < b).collect();
+        let (_, whole) = lines.split_last()?;
+        let long = whole.iter().all(|line| line.len() >= Self::SHORTEST);
+        (long && !whole.is_empty()).then_some(Self { lines })
     }
 
     /// Whether all lines begin with one value and go on in one step, up to the digits written.
@@ -111,15 +111,18 @@ impl<'a> Lines<'a> {
         steps.all(|s| near(s, step)) && self.lines.iter().all(|line| near(line[0], begin))
     }
 
-    /// Whether all lines are as long.
+    /// Whether there are some whole lines, and all of them are as long.
     pub(super) fn are_long(&self) -> bool {
-        self.lines.iter().all(|line| line.len() == self.lines[0].len())
+        /// Whole lines that come about by chance in no cloud.
+        const FEWEST: usize = 3;
+        let whole = &self.lines[..self.lines.len() - 1];
+        whole.len() >= FEWEST && whole.iter().all(|line| line.len() == whole[0].len())
     }
 
-    /// Whether another column varies in every line.
+    /// Whether another column varies in every whole line.
     pub(super) fn vary(&self, values: &[f64]) -> bool {
         let mut rest = values;
-        self.lines.iter().all(|line| {
+        self.lines[..self.lines.len() - 1].iter().all(|line| {
             let (here, behind) = rest.split_at(line.len().min(rest.len()));
             rest = behind;
             here.windows(2).any(|pair| pair[0] != pair[1])

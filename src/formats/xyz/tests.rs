@@ -140,14 +140,16 @@ fn numbers_that_may_be_running_or_coordinates_are_refused() {
     for text in [shuffled, falling] {
         assert_eq!(error(&text), FormatError::FirstColumn { line: 1 });
     }
-    for text in [row, whole, far] {
+    // colours behind x, y and z
+    let coloured = (0..9).map(|i| format!("{i} {}.{i} 7.5 {} 0 9\n", i * 37 % 11, i * 53 % 256));
+    for text in [row, whole, far, coloured.collect()] {
         assert_eq!(error(&text), FormatError::FirstColumn { line: 1 });
         let x = told(&text, Some([1, 2, 3])).unwrap().points[2].x;
         assert!(x == 2.0 || x == 9.0);
     }
     // a grid's second row, and numbers left out, far behind the lines that show the layout
     let grid: String = (0..3000)
-        .map(|i| format!("{} {}.5 {}.25 {}\n", i % 1500, i / 700, i * i % 97, i % 13))
+        .map(|i| format!("{} {}.5 {}.25 {}.5\n", i % 1500, i / 700, i * i % 97, i % 13))
         .collect();
     assert_eq!(error(&grid), FormatError::FirstColumn { line: 1501 });
     assert_eq!(error(&gap), FormatError::FirstColumn { line: 1500 });
