@@ -13,8 +13,8 @@ use super::{
     style::{Style, are_alike, sets_apart},
 };
 
-/// Rows that are enough to tell running numbers from coordinates where they stand in no order: so many coordinates along x that are whole, none of them twice,
-/// beside others that are not, are no scan's.
+/// Rows that are enough to tell numbers in no order from coordinates: so many along x that are whole, none of
+/// them twice, beside others that are not, are no scan's.
 const FEWEST_SHUFFLED: usize = 20;
 /// Up to so many rows such numbers must also be dense: half as many as there is room for between the least
 /// and the largest. Chance leaves none twice among 20 in less than 1 % of clouds, among 100 never.
