@@ -2,8 +2,8 @@ use std::fmt;
 
 use super::FormatError;
 
-/// What a reader asks as it goes.
-pub trait Bounds {
+/// What a reader asks as it goes, from whatever thread it runs in.
+pub trait Bounds: Sync {
     /// Whether there may be that many points, those with NaN coordinates included.
     ///
     /// # Errors

@@ -113,12 +113,13 @@ pub enum FormatError {
         /// The columns there are.
         found: String,
     },
-    /// The first column has running numbers, or coordinates that look like them.
+    /// The first column may be x or something before the coordinates.
     #[error(
-        "the first column of the text, at line {line}, may be x or a running number: say which columns \
-         are x, y and z, columns=2,3,4 behind running numbers or columns=1,2,3"
+        "the first column of the text, at line {line}, may be x, or a running number, a time or the \
+         number of a scan: say which columns are x, y and z by the parameter columns, columns=1,2,3 \
+         or columns=2,3,4"
     )]
-    RunningNumbers {
+    FirstColumn {
         /// Line of the file, from 1.
         line: usize,
     },

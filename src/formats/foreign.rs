@@ -58,6 +58,9 @@ pub(super) fn kind(bytes: &[u8]) -> Option<Kind> {
     if is_node(&rows) {
         return Some(("a TetGen node file", "delete its first line and name columns=2,3,4"));
     }
+    if is_off_body(text, &rows) {
+        return Some(("an OFF mesh without its first word", SAMPLE));
+    }
     let is_row = |row: &&Vec<&[u8]>| row.iter().filter(|f| text::number(f).is_some()).count() >= 3;
     has_faces(text, rows.iter().find(is_row)?).then_some(("a mesh with faces", SAMPLE))
 }
@@ -119,17 +122,50 @@ fn is_node(rows: &[Vec<&[u8]>]) -> bool {
     rest.len() >= 2 && more.len() <= 2 && rest.iter().enumerate().all(numbered)
 }
 
-/// Whether the last line is a face, 3 to 8 numbers of vertices behind their count, and the first row is
-/// none.
-fn has_faces(text: &[u8], first: &[&[u8]]) -> bool {
+/// The last line with anything but a comment in it, if it is not the only one.
+fn last_row(text: &[u8]) -> Option<Vec<&[u8]>> {
     let tail = &text[text.len().saturating_sub(1024)..];
-    let lines: Vec<_> = text::lines(tail).collect();
-    let last = lines.iter().rev().map(|line| fields(line)).find(|line| !line.is_empty());
-    let Some(face) = last.filter(|_| lines.len() > 1) else { return false };
-    let is_face = counts(&face).is_some_and(|numbers| {
-        matches!(numbers[0], 3..=8) && numbers.len() as u64 == 1 + numbers[0]
-    });
-    is_face && face.len() != first.len() && counts(first).is_none_or(|numbers| numbers.len() == 3)
+    let lines: Vec<_> = text::lines(tail).map(<[u8]>::trim_ascii).collect();
+    let told = |line: &&&[u8]| !line.is_empty() && !text::is_comment(line);
+    lines.iter().rev().find(told).filter(|_| lines.len() > 1).map(|line| fields(line))
+}
+
+/// How many corners a face has, 3 to 8, if a row is one: their count, their vertices, and a colour of up to
+/// four numbers.
+fn corners(row: &[&[u8]]) -> Option<usize> {
+    let corners = count(row.first()?).filter(|n| (3..=8).contains(n))? as usize;
+    let (face, colour) = row.split_at_checked(1 + corners)?;
+    let coloured = matches!(colour.len(), 0 | 1 | 3 | 4) && has_numbers(colour, colour.len());
+    (counts(face).is_some() && coloured).then_some(corners)
+}
+
+/// Whether the last line is a face, and the first row is none.
+fn has_faces(text: &[u8], first: &[&[u8]]) -> bool {
+    let Some(last) = last_row(text).filter(|last| last.len() != first.len()) else { return false };
+    let Some(corners) = corners(&last) else { return false };
+    // a face with a colour may be a point with more columns, and one without the point of a grid
+    match counts(first) {
+        None => last.len() == corners + 1 || first.len() == 3,
+        Some(numbers) => last.len() == corners + 1 && numbers.len() == 3,
+    }
+}
+
+/// Vertices, faces and, not always, edges; then as many lines, three coordinates or more in the first of
+/// them, and a face in the last where there are faces.
+fn is_off_body(text: &[u8], rows: &[Vec<&[u8]>]) -> bool {
+    /// Fewer points with their number before them may be points all.
+    const FEWEST: u64 = 4;
+    let [first, second, ..] = rows else { return false };
+    let first = counts(first).unwrap_or_default();
+    let (2..=3, [vertices, faces, ..]) = (first.len(), first.as_slice()) else { return false };
+    let is_point = second.len() >= 3 && second[..3].iter().all(|f| text::number(f).is_some());
+    if *vertices < FEWEST || !is_point {
+        return false;
+    }
+    let told = text::lines(text).map(<[u8]>::trim_ascii);
+    let told = told.filter(|line| !line.is_empty() && !text::is_comment(line)).count() as u64;
+    let face = || last_row(text).is_some_and(|last| corners(&last).is_some());
+    told - 1 == vertices.saturating_add(*faces) && (*faces == 0 || face())
 }
 
 #[cfg(test)]
@@ -149,6 +185,20 @@ mod tests {
             (format!("OFF 3 1 0\r\n{POINTS}3 0 1 2\n"), "an OFF mesh"),
             (format!("# made by hand\nCOFF\n3 1 0\n{POINTS}"), "an OFF mesh"),
             (format!("NOFF\n3 1 0\n{POINTS}"), "an OFF mesh"),
+            (format!("4 1\n{POINTS}7 8 9\n3 0 1 2\n"), "an OFF mesh without its first word"),
+            (format!("4 0 0\n{POINTS}7 8 9\n"), "an OFF mesh without its first word"),
+            (
+                format!("# a\n4 2 5\n\n{POINTS}7 8 9\n3 0 1 2 255 0 0\n4 0 1 2 3  0 0 9 255\n"),
+                "an OFF mesh without its first word",
+            ),
+            (
+                "4 1 0\n0 0 1 9 9 9\n0 1 0 9 9 9\n1 0 0 9 9 9\n1 1 1 9 9 9\n3 0 1 2 0.5 0.5 1\n# end\n"
+                    .into(),
+                "an OFF mesh without its first word",
+            ),
+            // without the counts too
+            (format!("{POINTS}3 0 1 2 255 0 0\n"), "a mesh with faces"),
+            (format!("{POINTS}3 0 1 2 0.5 0.25 0 1\n"), "a mesh with faces"),
             (format!("3 1 0\n{POINTS}3 0 1 2\n"), "a mesh with faces"),
             (
                 format!("# vtk DataFile Version 3.0\nx\nASCII\nPOINTS 3 float\n{POINTS}"),
@@ -183,6 +233,10 @@ mod tests {
             "3 1 2 3\n3 4 5 6\n".to_owned(),
             "OFFICE 1 2\n1 2 3\n".to_owned(),
             format!("999\n{POINTS}"),
+            format!("5 0 0\n{POINTS}7 8 9\n"),
+            format!("4 1 0\n{POINTS}7 8 9\n7 7 7\n"),
+            "0.5 1 2 3 4 5 6 7\n3 1 2 3 255 0 0\n".to_owned(),
+            "1 0 0\n0 1 0\n".to_owned(),
             "//x y z intensity of light\n0.5 1 2 3\n3 1 2 3\n".to_owned(),
             String::new(),
         ] {

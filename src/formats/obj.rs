@@ -59,6 +59,8 @@ fn vertex<'a>(mut words: impl Iterator<Item = &'a [u8]>, line: usize) -> Result<
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
     use super::*;
     use crate::formats::{Limits, mesh::tests::turned};
 
@@ -72,9 +74,9 @@ mod tests {
     #[test]
     fn a_cloud_nobody_wants_any_more_is_not_read_through_its_faces() {
         let text = format!("v 1 2 3\n{}", "f 1 1 1\n".repeat(2 * LINES_A_LOOK));
-        let looks = std::cell::Cell::new(0);
+        let looks = AtomicU32::new(0);
         #[derive(Debug)]
-        struct Second<'a>(&'a std::cell::Cell<u32>);
+        struct Second<'a>(&'a AtomicU32);
         impl Bounds for Second<'_> {
             fn check(&self, _: u64) -> Result<(), FormatError> {
                 Ok(())
@@ -85,12 +87,12 @@ mod tests {
             }
 
             fn go_on(&self) -> Result<(), FormatError> {
-                self.0.set(self.0.get() + 1);
-                if self.0.get() < 2 { Ok(()) } else { Err(FormatError::Stopped) }
+                let first = self.0.fetch_add(1, Ordering::Relaxed) == 0;
+                if first { Ok(()) } else { Err(FormatError::Stopped) }
             }
         }
         assert_eq!(read(text.as_bytes(), &Second(&looks)), Err(FormatError::Stopped));
-        assert_eq!(looks.get(), 2);
+        assert_eq!(looks.into_inner(), 2);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 mod header;
 mod laz;
 
-use std::{io::Cursor, sync::atomic::Ordering};
+use std::{io::Cursor, sync::atomic::Ordering, thread};
 
 use self::header::{damaged, point_offset, u16_at, u32_at, u64_at};
 use super::{
@@ -21,19 +21,38 @@ const BATCH_BYTES: usize = 1 << 20;
 /// Reads the points in their order.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let file = without_extended_records(bytes)?;
-    let points = guarded(Format::Las, || -> Result<_, las::Error> {
+    // on a stack of its own: the library's recursions are stopped, but not at once
+    let points = thread::scope(|scope| {
+        let thread = thread::Builder::new().stack_size(laz::STACK);
+        let reading = thread.spawn_scoped(scope, || read_file(file, bytes, limits));
+        let reading =
+            reading.map_err(|_| FormatError::OutOfMemory { points: most_points(bytes) })?;
+        reading.join().unwrap_or_else(|_| Err(damaged("its contents contradict each other")))
+    })?;
+    Ok(PointCloud::from_points(points))
+}
+
+/// Reads `file`, made of `bytes`.
+fn read_file(
+    mut file: Vec<u8>,
+    bytes: &[u8],
+    limits: &dyn Bounds,
+) -> Result<Vec<Vec3>, FormatError> {
+    guarded(Format::Las, || -> Result<_, las::Error> {
         // the header alone first: making a reader already reserves what a compressed file announces
         let header = las::Header::new(Cursor::new(&file))?;
-        let points_end = match check(&header, bytes, limits) {
-            Ok(end) => end,
+        let (mut points_end, layers) = match check(&header, bytes, limits) {
+            Ok(checked) => checked,
             Err(error) => return Ok(Err(error)),
         };
+        if let Some(layers) = layers {
+            (file, points_end) = layers.of_coordinates(&file, points_end);
+        }
         let (window, end) = laz::Window::new(file);
         let mut reader = las::Reader::new(window)?;
         end.store(points_end, Ordering::Relaxed);
         read_points(&mut reader, limits)
-    })?;
-    Ok(PointCloud::from_points(points))
+    })
 }
 
 fn read_points(
@@ -61,10 +80,15 @@ fn read_points(
     Ok(Ok(points))
 }
 
-/// Holds what the header announces against the bytes; gives where the points end.
-fn check(header: &las::Header, bytes: &[u8], limits: &dyn Bounds) -> Result<u64, FormatError> {
+/// Holds what the header announces against the bytes; gives where the points end, and their layers if they
+/// are in such.
+fn check(
+    header: &las::Header,
+    bytes: &[u8],
+    limits: &dyn Bounds,
+) -> Result<(u64, Option<laz::Layers>), FormatError> {
     let announced = header.number_of_points();
-    let points_end = if header.point_format().is_compressed {
+    let checked = if header.point_format().is_compressed {
         check_density(Format::Las, announced, bytes.len())?;
         let is_laz = |v: &&las::Vlr| v.user_id == "laszip encoded" && v.record_id == 22204;
         let vlr = header.vlrs().iter().find(is_laz);
@@ -75,10 +99,10 @@ fn check(header: &las::Header, bytes: &[u8], limits: &dyn Bounds) -> Result<u64,
         if announced > found {
             return Err(FormatError::Truncated { format: Format::Las, announced, found });
         }
-        bytes.len() as u64
+        (bytes.len() as u64, None)
     };
     limits.check(announced)?;
-    Ok(points_end)
+    Ok(checked)
 }
 
 /// A copy of the file that announces no extended variable length records.
@@ -134,12 +158,13 @@ pub(super) mod tests {
             let t = i as f64;
             Vec3::new(4e5 + t * 0.0123, 5e6 + 50.0 * (t / 9.0).sin(), -3.0 + t * 0.5)
         };
-        let gps_time = (format >= 6).then_some(0.0);
         let color = (format == 7).then(las::Color::default);
         let points: Vec<_> = (0..n).map(place).collect();
-        for p in &points {
-            let point =
-                las::Point { x: p.x, y: p.y, z: p.z, gps_time, color, ..las::Point::default() };
+        for (i, p) in points.iter().enumerate() {
+            let mut point = las::Point { x: p.x, y: p.y, z: p.z, color, ..las::Point::default() };
+            // what else changes from point to point
+            point.intensity = (i * i) as u16;
+            point.gps_time = matches!(format, 1 | 3 | 6..).then_some(i as f64 / 7.0);
             writer.write_point(point).unwrap();
         }
         (writer.into_inner().unwrap().into_inner(), points)
@@ -147,7 +172,8 @@ pub(super) mod tests {
 
     #[test]
     fn coordinates_keep_their_tenth_of_a_millimetre_far_from_the_origin() {
-        for (format, compressed) in [(0, false), (0, true), (6, false), (6, true), (7, true)] {
+        let compressed = [0, 1, 6, 7].map(|format| (format, true));
+        for (format, compressed) in compressed.into_iter().chain([(0, false), (6, false)]) {
             let (bytes, points) = file(format, compressed, 300);
             assert_eq!(Format::detect(&bytes), Some(Format::Las));
             let cloud = read(&bytes, &Limits { max_points: 300 }).unwrap();
@@ -188,5 +214,35 @@ pub(super) mod tests {
         let first_layer = start + 8 + 30 + 4;
         let chunk_table = u64_at(&bytes, start).unwrap();
         assert!(refused(first_layer) && refused(first_layer + 32) && refused(chunk_table + 4));
+    }
+
+    #[test]
+    fn layers_without_coordinates_are_left_out_of_every_chunk() {
+        // more than two chunks of 50,000 points
+        let (bytes, points) = file(7, true, 120_000);
+        let cloud = read(&bytes, &Limits::default()).unwrap();
+        assert_eq!(cloud.points.len(), points.len());
+        assert!(cloud.points.iter().zip(&points).all(|(p, q)| (p - q).amax() < 0.6e-4));
+        let header = las::Header::new(Cursor::new(&bytes)).unwrap();
+        let (end, layers) = check(&header, &bytes, &Limits::default()).unwrap();
+        let layers = layers.unwrap();
+        let (slim, slim_end) = layers.of_coordinates(&bytes, end);
+        // what is left has nothing more to leave out, but where its points end
+        assert!(slim.len() < bytes.len() && slim_end < end);
+        assert_eq!(layers.of_coordinates(&slim, slim_end), (slim, slim_end));
+    }
+
+    #[test]
+    fn layers_of_a_compressor_without_layers_are_refused() {
+        let (bytes, _) = file(6, true, 300);
+        let record = bytes.windows(14).position(|w| w == b"laszip encoded").unwrap();
+        let compressor = record - 2 + 54;
+        assert_eq!(u16_at(&bytes, compressor), Some(3));
+        for other in [0, 1, 2] {
+            let mut bytes = bytes.clone();
+            bytes[compressor] = other;
+            let error = read(&bytes, &Limits::default()).unwrap_err();
+            assert!(error.to_string().contains("compressor"), "{error}");
+        }
     }
 }

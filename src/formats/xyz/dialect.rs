@@ -38,18 +38,19 @@ pub(super) const DIALECTS: [Dialect; 5] = [
 ];
 
 impl Dialect {
-    /// The dialect in which most of `lines` are rows of numbers.
+    /// The dialect in which most of `lines` are rows of numbers, and of the most numbers: colours alone are
+    /// some in any.
     pub(super) fn of<'a>(lines: impl Iterator<Item = &'a [u8]> + Clone) -> Self {
-        let rows = |dialect: &Self| lines.clone().filter(|line| dialect.has_numbers(line)).count();
-        let mut best = (0, None);
+        let mut best = (0, 0, None);
         for dialect in DIALECTS {
-            let rows = rows(&dialect);
-            if rows > best.0 {
-                best = (rows, Some(dialect));
+            let counts = lines.clone().map(|line| dialect.numbers(line)).filter(|n| *n >= 3);
+            let (rows, numbers) = counts.fold((0, 0), |(rows, all), n| (rows + 1, all + n));
+            if (rows, numbers) > (best.0, best.1) {
+                best = (rows, numbers, Some(dialect));
             }
         }
         // where no line is a row, its error should at least show the fields that were meant
-        best.1.unwrap_or_else(|| {
+        best.2.unwrap_or_else(|| {
             let has = |byte| lines.clone().next().is_some_and(|line| line.contains(&byte));
             if has(b';') {
                 DIALECTS[0]
@@ -64,6 +65,11 @@ impl Dialect {
     /// Whether blanks stand between fields.
     pub(super) fn parts_at_blanks(self) -> bool {
         self.separator == Separator::Blank
+    }
+
+    /// What a fraction begins with.
+    pub(super) fn point(self) -> u8 {
+        if self.decimal_comma { b',' } else { b'.' }
     }
 
     /// Calls `visit` with each field and its column until it says false.
@@ -117,14 +123,19 @@ impl Dialect {
         first.unwrap_or_default()
     }
 
-    /// Whether three fields of a line are numbers, those of missing values apart.
-    pub(super) fn has_numbers(self, line: &[u8]) -> bool {
+    /// How many fields of a line are numbers, those of missing values apart.
+    fn numbers(self, line: &[u8]) -> usize {
         let mut numbers = 0;
         self.each_field(line, |_, field| {
             numbers += usize::from(self.number(text::unquoted(field)).is_some());
-            numbers < 3
+            true
         });
-        numbers == 3
+        numbers
+    }
+
+    /// Whether three fields of a line are numbers.
+    pub(super) fn has_numbers(self, line: &[u8]) -> bool {
+        self.numbers(line) >= 3
     }
 
     /// The number a field holds, NaN for a missing value; `None` where it is none.

@@ -3,6 +3,7 @@
 use super::super::{Bounds, Format, FormatError, error::excerpt, text};
 use super::{
     dialect::{DIALECTS, Dialect, Line, MAX_COLUMNS},
+    first::{self, First},
     line,
     names::{self, Ambiguous},
     running,
@@ -190,7 +191,14 @@ impl<'a> Names<'a> {
         }
         let mut firsts = rows.iter().map(|(_, row)| dialect.first(row));
         let named = firsts.clone().all(|first| dialect.value(first).is_none());
-        if named || running::by_one(dialect, rows) {
+        // names that begin with others do not say x for the first column
+        let x_first = columns.iter().all(|column| *column < 3);
+        let passed = if x_first {
+            first::judge(dialect, rows, &[]).map_err(|_| unsure())? != First::Coordinate
+        } else {
+            running::are_all(dialect, rows)
+        };
+        if named || passed {
             return Ok(columns.map(|column| column + 1));
         }
         let whole = firsts.all(|first| running::number(first).is_some());

@@ -3,9 +3,9 @@
 use super::super::{Bounds, Columns, FormatError, text};
 use super::{
     dialect::{Dialect, Line},
+    first::{self, First},
     heading::{Heading, error},
     line::{self, MAX_LINE_BYTES, Pace},
-    running,
 };
 
 /// Lines that are looked at to tell how the text is written, and as many comments.
@@ -25,8 +25,8 @@ pub(super) struct Layout {
     pub(super) first_row: usize,
     /// How many points a line before the first one announces.
     pub(super) announced: Option<u64>,
-    /// Whether running numbers stand in the first column.
-    pub(super) running: bool,
+    /// What stands in the first column, where that is looked at.
+    pub(super) first: First,
 }
 
 impl Layout {
@@ -39,7 +39,7 @@ impl Layout {
         columns: Option<Columns>,
         limits: &dyn Bounds,
     ) -> Result<Self, FormatError> {
-        let sample = sample(text, limits)?;
+        let (sample, passed) = sample(text, limits)?;
         let told = sample.iter().map(|(_, line)| *line).filter(|line| !text::is_comment(line));
         let dialect = Dialect::of(told);
         let (heading, rows) = Heading::take(dialect, &sample, limits)?;
@@ -50,7 +50,7 @@ impl Layout {
             // where no line is a row, the first that should be one has the error
             first_row: rows.first().or(heading.others.first()).map_or(usize::MAX, |line| line.0),
             announced: heading.announced,
-            running: false,
+            first: First::Coordinate,
         };
         let Some(&(number, row)) = rows.first() else { return Ok(layout) };
         line::check(dialect, row, number)?;
@@ -63,8 +63,11 @@ impl Layout {
             layout.columns = columns.places();
         } else if let Some(named) = heading.columns(dialect, &rows)? {
             layout.columns = named;
-        } else if running::stand_first(dialect, &rows)? {
-            (layout.columns, layout.running) = ([1, 2, 3], true);
+        } else {
+            layout.first = first::judge(dialect, &rows, &later(text, passed))?;
+            if layout.first != First::Coordinate {
+                layout.columns = [1, 2, 3];
+            }
         }
         layout.needed = 1 + layout.columns.into_iter().max().unwrap_or_default();
         Ok(layout)
@@ -90,13 +93,14 @@ impl Room {
     }
 }
 
-/// The first lines and comments, empty lines and long comments apart.
-fn sample<'a>(text: &'a [u8], limits: &dyn Bounds) -> Result<Vec<Line<'a>>, FormatError> {
+/// The first lines and comments, empty lines and long comments apart, and the bytes up to there.
+fn sample<'a>(text: &'a [u8], limits: &dyn Bounds) -> Result<(Vec<Line<'a>>, usize), FormatError> {
     let (mut told, mut comments) = (Room::SAMPLE, Room::SAMPLE);
-    let mut sample = Vec::new();
+    let (mut sample, mut passed) = (Vec::new(), 0);
     let mut pace = Pace::new(limits);
     for (index, line) in text::lines(text).enumerate() {
         pace.pass(line)?;
+        passed += line.len() + 1;
         let (number, line) = (index + 1, line.trim_ascii());
         if line.is_empty() {
             continue;
@@ -115,5 +119,24 @@ fn sample<'a>(text: &'a [u8], limits: &dyn Bounds) -> Result<Vec<Line<'a>>, Form
             break;
         }
     }
-    Ok(sample)
+    Ok((sample, passed))
+}
+
+/// A few lines, comments apart, from each of many places behind the first `passed` bytes, in order.
+fn later(text: &[u8], passed: usize) -> Vec<&[u8]> {
+    /// Places, evenly spread: many, for most may lie in one line of a scan.
+    const PLACES: usize = 64;
+    /// Lines at each, and the bytes they are looked for in.
+    const LINES: usize = 8;
+    const REACH: usize = 4096;
+    let behind = text.get(passed..).unwrap_or_default();
+    let places = (0..PLACES).map(|place| behind.len() / PLACES * place);
+    let lines = places.flat_map(|begin| {
+        let reach = &behind[begin..behind.len().min(begin + REACH.min(behind.len() / PLACES))];
+        // the first and the last may be cut
+        let lines: Vec<_> = text::lines(reach).take(LINES + 2).collect();
+        let whole = lines.len().saturating_sub(1);
+        lines.into_iter().take(whole).skip(1).map(<[u8]>::trim_ascii)
+    });
+    lines.filter(|line| !text::is_comment(line)).collect()
 }

@@ -2,21 +2,26 @@
 //!
 //! Lines that start with `#`, `//` or `%` are comments. The first lines show how the others are written:
 //! what parts fields and whether fractions begin with a comma; a line (or a comment) of names tells the
-//! columns of x, y and z, else they are the first three, or those behind running numbers. A line with one
-//! number alone (PTS) announces that many points; behind them another block may begin in the same way.
+//! columns of x, y and z, else they are the first three, or those behind running numbers or times. A line
+//! with one number alone (PTS) announces that many points; behind them another block may begin in the same way.
 //! Further columns are ignored. An empty field between separators is a missing value (NaN). What can be
 //! read in two ways is refused until the sender names the columns. A line of more than
 //! 1000 columns or 64 KiB is refused; a comment so long is passed over.
 
 mod dialect;
+mod first;
 mod heading;
 mod layout;
 mod line;
 mod names;
+mod order;
 mod running;
+mod style;
 
+use first::First;
 use layout::Layout;
 use line::Pace;
+use running::Running;
 
 use super::{Bounds, Columns, Format, FormatError, error::excerpt, memory::room_for, text};
 use crate::geometry::{PointCloud, Vec3};
@@ -31,7 +36,7 @@ pub(super) fn read(
     let layout = Layout::of(bytes, columns, limits)?;
     let mut block = Block { announced: layout.announced, begin: 0 };
     let mut points = room_for(text::line_count(bytes).min(limits.most()))?;
-    let mut numbered = None;
+    let mut running = Running::default();
     let mut pace = Pace::new(limits);
     for (index, line) in text::lines(bytes).enumerate() {
         pace.pass(line)?;
@@ -42,13 +47,13 @@ pub(super) fn read(
         line::check(layout.dialect, line, number)?;
         let point = match layout.point(line, number) {
             Err(FormatError::TooFewColumns { .. }) if block.next(points.len(), &layout, line) => {
-                numbered = None;
+                running = Running::default();
                 continue;
             }
             point => point?,
         };
-        if layout.running {
-            numbered = Some(layout.check_running(numbered, line, number)?);
+        if layout.first == First::Running {
+            running.check(layout.dialect, line, number)?;
         }
         limits.check(points.len() as u64 + 1)?;
         points.push(point);
@@ -114,21 +119,12 @@ impl Layout {
         }
         Ok(point)
     }
-
-    /// The running number of a row, which must be the one behind `last`: else the first column may be a
-    /// coordinate after all.
-    fn check_running(
-        &self,
-        last: Option<i64>,
-        line: &[u8],
-        number: usize,
-    ) -> Result<i64, FormatError> {
-        let first = running::number(self.dialect.first(line));
-        let follows = first.filter(|n| last.is_none_or(|last| n.checked_sub(1) == Some(last)));
-        follows.ok_or(FormatError::RunningNumbers { line: number })
-    }
 }
 
+#[cfg(test)]
+mod clouds;
+#[cfg(test)]
+mod first_tests;
 #[cfg(test)]
 mod long_lines;
 #[cfg(test)]

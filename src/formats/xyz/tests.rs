@@ -42,6 +42,9 @@ fn a_comma_is_a_decimal_point_where_it_does_not_part_numbers() {
         "1 2 3\n-4,5 0,5 6\n",
         "1,0\t2,0\t3,0\n-4,5\t0,5\t6,0\n",
         "X\tY\tZ\n1,0\t2,0\t3,0\n-4,5\t5,0E-01\t6,0\n",
+        // colours are numbers in any case
+        "1,0;2,0;3,0;255;0;7\n-4,5;0,5;6,0;255;0;7\n",
+        "1,0 2,0 3,0 255 0 7\n-4,5 0,5 6,0 255 0 7\n",
     ] {
         assert_eq!(points(text), TWO, "{text:?}");
     }
@@ -135,19 +138,21 @@ fn numbers_that_may_be_running_or_coordinates_are_refused() {
     let shuffled = numbered((0..101).map(|i| (i * 37) % 101));
     let falling = numbered((0..101).rev());
     for text in [shuffled, falling] {
-        assert_eq!(error(&text), FormatError::RunningNumbers { line: 1 });
+        assert_eq!(error(&text), FormatError::FirstColumn { line: 1 });
     }
-    for text in [row, whole, far] {
-        assert_eq!(error(&text), FormatError::RunningNumbers { line: 1 });
+    // colours behind x, y and z
+    let coloured = (0..9).map(|i| format!("{i} {}.{i} 7.5 {} 0 9\n", i * 37 % 11, i * 53 % 256));
+    for text in [row, whole, far, coloured.collect()] {
+        assert_eq!(error(&text), FormatError::FirstColumn { line: 1 });
         let x = told(&text, Some([1, 2, 3])).unwrap().points[2].x;
         assert!(x == 2.0 || x == 9.0);
     }
     // a grid's second row, and numbers left out, far behind the lines that show the layout
     let grid: String = (0..3000)
-        .map(|i| format!("{} {}.5 {}.25 {}\n", i % 1500, i / 700, i * i % 97, i % 13))
+        .map(|i| format!("{} {}.5 {}.25 {}.5\n", i % 1500, i / 700, i * i % 97, i % 13))
         .collect();
-    assert_eq!(error(&grid), FormatError::RunningNumbers { line: 1501 });
-    assert_eq!(error(&gap), FormatError::RunningNumbers { line: 1500 });
+    assert_eq!(error(&grid), FormatError::FirstColumn { line: 1501 });
+    assert_eq!(error(&gap), FormatError::FirstColumn { line: 1500 });
 }
 
 #[test]
@@ -164,6 +169,20 @@ fn coordinates_that_count_up_are_no_running_numbers() {
         let first: f64 = text.split(' ').nth(1).map_or(0.0, |_| points(&text)[8][0]);
         assert!([8.0, 8.5, 2.0, 64.0, 31.0].contains(&first), "{text}: {first}");
     }
+}
+
+#[test]
+fn a_name_less_than_there_are_columns_is_that_of_running_numbers_or_times() {
+    let rows = |lead: fn(usize) -> String| {
+        let row = |i: usize| format!("{} {}.50 {}.75 {}.25\n", lead(i), i * i, 7 * i, 10_000 - i);
+        (0..30).map(row).collect::<String>()
+    };
+    for lead in [|i: usize| format!("{i}"), |i: usize| format!("{}.{:03}", i / 20, i % 20 * 50)] {
+        assert_eq!(points(&format!("x y z\n{}", rows(lead)))[2], [4.5, 14.75, 9998.25]);
+    }
+    let named =
+        format!("t,x,y,z\n{}", rows(|i| format!("{i}.5")).replace(' ', ",").replace('\n', ",\n"));
+    assert_eq!(points(&named)[2], [4.5, 14.75, 9998.25]);
 }
 
 #[test]

@@ -19,21 +19,25 @@ use geometry::{PointCloud, Vec3};
 use libfuzzer_sys::fuzz_target;
 use segment::{Method, PARAMETERS, ParameterKind, Parameters, Segmentation, Silent};
 
-/// The most points of a cloud.
-const MOST: usize = 400;
+/// The most points of a cloud, by two bits of the input: few, for a run must take milliseconds, but some
+/// stages begin at 100 points, and others at 200.
+const MOST: [usize; 4] = [48, 96, 128, 256];
+/// Seeds in a row that may fail where the input does not say: every one costs, and is like the last.
+const FAILED_SEEDS: usize = 3;
 
 static POOL: Once = Once::new();
 
 fuzz_target!(|bytes: &[u8]| {
     // one thread: the same bytes take the same way
     POOL.call_once(|| drop(rayon::ThreadPoolBuilder::new().num_threads(1).build_global()));
+    let most = MOST[bytes.first().map_or(0, |flags| usize::from(flags >> 1 & 3))];
     let mut bytes = Bytes(bytes);
     let parameters = parameters(&mut bytes);
     let mut points = Vec::new();
-    while !bytes.0.is_empty() && points.len() < MOST {
+    while !bytes.0.is_empty() && points.len() < most {
         piece(&mut bytes, &mut points);
     }
-    points.truncate(MOST);
+    points.truncate(most);
     let cloud = PointCloud::from_points(points);
     if let Ok(found) = segment::segment(&cloud, &parameters, &Silent) {
         check(&cloud, &parameters, &found);
@@ -75,7 +79,8 @@ impl Bytes<'_> {
 /// Parameters as a caller may give them.
 fn parameters(bytes: &mut Bytes) -> Parameters {
     let flags = bytes.byte();
-    let mut parameters = Parameters { min_points: 10, ..Parameters::default() };
+    let mut parameters =
+        Parameters { min_points: 10, max_failed_seeds: FAILED_SEEDS, ..Parameters::default() };
     if flags & 1 == 1 {
         parameters.method = Method::Rcond;
         parameters.rcond_threshold = 1e-9;
@@ -120,40 +125,97 @@ fn piece(bytes: &mut Bytes, points: &mut Vec<Vec3>) {
             state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1u64 << 53) as f64
     };
+    let begin = points.len();
     for k in 0..count {
-        let t = k as f64;
-        let turn = 2.4 * t;
-        let p = match kind % 10 {
-            // copies of one point
-            0 => at,
-            // a line, even or not
-            1 => at + u * t,
-            2 => at + u * uniform(),
-            // a grid, and a square
-            3 => at + u * (k % 16) as f64 + v * (k / 16) as f64,
-            4 => at + u * uniform() + v * uniform(),
-            // a ball's and a tube's wall
-            5 => {
-                let z = 2.0 * uniform() - 1.0;
-                let s = (1.0 - z * z).sqrt();
-                at + scale * Vec3::new(s * turn.cos(), s * turn.sin(), z)
-            }
-            6 => at + u.norm() * Vec3::new(turn.cos(), turn.sin(), 0.0) + v * uniform(),
-            // a cone, a saddle
-            7 => {
-                let r = uniform();
-                at + scale * Vec3::new(r * turn.cos(), r * turn.sin(), r * v.norm())
-            }
-            8 => {
-                let (x, y) = (uniform() - 0.5, uniform() - 0.5);
-                at + scale * Vec3::new(x, y, x * x - v.x * y * y)
-            }
+        let p = match kind & 63 {
             // anything
-            _ if bytes.0.len() >= 24 => Vec3::new(bytes.raw(), bytes.raw(), bytes.raw()),
-            _ => at + scale * Vec3::new(uniform(), uniform(), uniform()),
+            9 if bytes.0.len() >= 24 => Vec3::new(bytes.raw(), bytes.raw(), bytes.raw()),
+            // the points before, mirrored: ties, and parts that are alike
+            18 if k < begin => 2.0 * at - points[k],
+            // the points before, or nearly
+            19 if k < begin => points[k] + 1e-9 * u,
+            shape => at + place(shape, k, scale, (u, v), &mut uniform),
         };
         let off = Vec3::new(uniform() - 0.5, uniform() - 0.5, uniform() - 0.5);
-        points.push(p + off * (noise * scale));
+        let p = p + off * (noise * scale);
+        // coordinates in steps, as programs that write few digits leave them
+        let step = scale / 16.0;
+        points.push(if kind & 128 == 0 { p } else { (p / step).map(f64::round) * step });
+    }
+}
+
+/// The `k`-th point of a shape about the origin.
+fn place(
+    shape: u8,
+    k: usize,
+    scale: f64,
+    (u, v): (Vec3, Vec3),
+    uniform: &mut impl FnMut() -> f64,
+) -> Vec3 {
+    let t = k as f64;
+    let (sin, cos) = (2.4 * t).sin_cos();
+    match shape % 18 {
+        // copies of one point
+        0 => Vec3::zeros(),
+        // a line, even or not
+        1 => u * t,
+        2 => u * uniform(),
+        // a grid, and a square
+        3 => u * (k % 16) as f64 + v * (k / 16) as f64,
+        4 => u * uniform() + v * uniform(),
+        // a ball's and a tube's wall
+        5 => {
+            let z = 2.0 * uniform() - 1.0;
+            let s = (1.0 - z * z).sqrt();
+            scale * Vec3::new(s * cos, s * sin, z)
+        }
+        6 => u.norm() * Vec3::new(cos, sin, 0.0) + v * uniform(),
+        // a cone, a saddle
+        7 => {
+            let r = uniform();
+            scale * Vec3::new(r * cos, r * sin, r * v.norm())
+        }
+        8 => {
+            let (x, y) = (uniform() - 0.5, uniform() - 0.5);
+            scale * Vec3::new(x, y, x * x - v.x * y * y)
+        }
+        // an ellipsoid, and an elliptic tube, whole or in part
+        10 => {
+            let z = uniform();
+            let s = (1.0 - z * z).sqrt();
+            Vec3::new(u.x * s * cos, u.y * s * sin, u.z * z)
+        }
+        11 => {
+            let (sin, cos) = (v.x * uniform()).sin_cos();
+            Vec3::new(u.x * cos, u.y * sin, u.z * uniform())
+        }
+        // a ring, whole or in part
+        12 => {
+            let (turn, side) = (v.y * uniform()).sin_cos();
+            let r = u.norm() + v.norm() * cos;
+            Vec3::new(r * turn, r * side, v.norm() * sin)
+        }
+        // three faces of a box that meet in a corner
+        13 => {
+            let mut p = Vec3::new(uniform(), uniform(), uniform());
+            p[k % 3] = 0.0;
+            p.component_mul(&u)
+        }
+        // hyperboloids of one sheet and of two
+        14 => {
+            let z = 2.0 * uniform() - 1.0;
+            let s = (z * z + v.x).abs().sqrt();
+            scale * Vec3::new(s * cos, s * sin, z)
+        }
+        // rings or scan rows of a tube, far apart
+        15 => {
+            let (sin, cos) = (t / 2.0).sin_cos();
+            u.norm() * Vec3::new(cos, sin, 0.0) + v * (k / 12) as f64
+        }
+        // a screw, and a step between two planes
+        16 => u.norm() * Vec3::new(cos, sin, 0.0) + v * (t / 16.0),
+        17 => u * uniform() + v * (k % 2) as f64 + u.cross(&v) / scale * uniform(),
+        _ => scale * Vec3::new(uniform(), uniform(), uniform()),
     }
 }
 
