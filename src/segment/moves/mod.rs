@@ -14,6 +14,8 @@ pub mod settle;
 pub mod step;
 pub mod strips;
 pub mod swap;
+#[cfg(test)]
+mod tests;
 pub mod trial;
 
 use crate::segment::family::Families;
