@@ -156,3 +156,56 @@ pub fn neighbours_of(
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec3;
+    use crate::segment::fixtures::{partition, plane};
+
+    fn planes(n: usize) -> Vec<Shape> {
+        (0..n).map(|k| plane(k as f64 * Vec3::z(), Vec3::z())).collect()
+    }
+
+    #[test]
+    fn what_stays_is_renumbered_in_its_order_and_what_goes_leaves_its_points() {
+        let shapes = planes(4);
+        let mut model = partition(shapes.clone(), vec![3, 0, 1, -1, 2, 3]);
+        assert!(!retain(&mut model, &[true; 4]));
+        assert!(retain(&mut model, &[false, true, false, true]));
+        assert_eq!(model.shapes, [shapes[1], shapes[3]]);
+        assert_eq!(model.labels, [1, -1, 0, -1, -1, 1]);
+    }
+
+    #[test]
+    fn regions_with_too_few_points_go() {
+        let mut model = partition(planes(3), vec![0, 0, 1, 1, 1, -1]);
+        assert!(!prune(&mut partition(planes(2), vec![0, 0, 1, 1]), 2));
+        assert!(prune(&mut model, 3));
+        assert_eq!(
+            (model.shapes, model.labels),
+            (planes(2)[1..].to_vec(), vec![-1, -1, 0, 0, 0, -1])
+        );
+    }
+
+    #[test]
+    fn members_neighbours_and_new_surfaces_are_told_by_label() {
+        let labels = [1, -1, 0, 1];
+        assert_eq!(members(&labels, 3), [vec![2], vec![0, 3], vec![]]);
+        assert_eq!(members_of(&labels, &[false, true, true]), [vec![], vec![0, 3], vec![]]);
+        let touching = BTreeMap::from([((0, 2), 5), ((1, 2), 1)]);
+        assert_eq!(neighbours_of(&touching, 3), [vec![2], vec![2], vec![0, 1]]);
+        let (mut shapes, other) = (planes(2), planes(3)[2]);
+        assert_eq!(put_in(&mut shapes, vec![None, Some(other)]), 1);
+        assert_eq!(shapes, [planes(1)[0], other]);
+    }
+
+    #[test]
+    fn a_share_of_the_points_is_explained_by_surfaces_that_are_reported() {
+        let mut model = partition(planes(2), vec![0, 1, -1, 1]);
+        assert_eq!(model.explained(), 0.75);
+        model.spurious = vec![false, true];
+        assert_eq!(model.explained(), 0.25);
+        assert!(model.is_surface(0) && !model.is_surface(1) && !model.is_surface(-1));
+    }
+}

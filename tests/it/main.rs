@@ -9,6 +9,7 @@
 
 mod absence;
 mod access;
+mod accuracy;
 mod architecture;
 mod bad_input;
 mod browser;

@@ -4,4 +4,6 @@ pub mod hypothesis;
 pub mod search;
 pub mod select;
 pub mod start;
+#[cfg(test)]
+mod tests;
 pub mod walk;

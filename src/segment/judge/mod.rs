@@ -7,4 +7,6 @@ pub mod one_quadric;
 pub mod parabola;
 pub mod stability;
 pub mod strays;
+#[cfg(test)]
+mod tests;
 pub mod whiteness;

@@ -17,6 +17,8 @@ pub mod split;
 pub mod step;
 pub mod strips;
 pub mod swap;
+#[cfg(test)]
+mod tests;
 pub mod trial;
 
 use crate::segment::family::Families;

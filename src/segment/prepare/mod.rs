@@ -11,3 +11,5 @@ pub mod place;
 pub mod residuals;
 pub mod scene;
 pub mod take;
+#[cfg(test)]
+mod tests;
