@@ -25,8 +25,7 @@ fn of_overlapping_hypotheses_those_are_chosen_that_describe_the_points_for_least
         hypothesis(&scene, shapes[1], true, |p| p.x > 0.0 && p.y < 9.9),
         hypothesis(&scene, shapes[1], true, |p| p.x > 0.0 && p.y < 0.05),
     ];
-    let none = vec![-1; scene.len()];
-    let (chosen, labels) = select(&scene, all, SIGMA, &none, 0, 40);
+    let (chosen, labels) = select(&scene, all, SIGMA, 0, 40);
     let supports: Vec<usize> = chosen.iter().map(|h| h.support.len()).collect();
     let count = |l: i32| truth.iter().filter(|t| **t == l).count();
     let mut expected = [count(0), count(1)];
@@ -34,26 +33,6 @@ fn of_overlapping_hypotheses_those_are_chosen_that_describe_the_points_for_least
     assert_eq!(supports, expected);
     let first = if count(0) >= count(1) { 0 } else { 1 };
     assert!(labels.iter().zip(&truth).all(|(l, t)| *l == (t ^ first)));
-}
-
-#[test]
-fn points_that_are_taken_stay_and_what_is_left_must_be_enough() {
-    let (scene, shapes, truth) = roof(3000, 1.0);
-    let both = || {
-        let own = |l: usize| hypothesis(&scene, shapes[l], true, move |p| (p.x > 0.0) == (l == 1));
-        vec![own(0), own(1)]
-    };
-    // All of the floor but 60 points is another's already.
-    let mut left = 60;
-    let mut own =
-        |t: &i32| if *t == 1 || (left > 0, left -= i32::from(left > 0)).0 { -1 } else { 3 };
-    let taken: Vec<i32> = truth.iter().map(&mut own).collect();
-    for (min_new, chosen) in [(61, 1), (40, 2)] {
-        let (found, labels) = select(&scene, both(), SIGMA, &taken, 5, min_new);
-        assert_eq!(found.len(), chosen, "{min_new}");
-        assert!(labels.iter().zip(&taken).all(|(l, t)| *t < 0 || l == t));
-        assert!(labels.iter().zip(&truth).all(|(l, t)| *t == 0 || *l == 5));
-    }
 }
 
 #[test]

@@ -3,6 +3,7 @@ use std::f64::consts::TAU;
 use crate::fit::fits::Random;
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
+use crate::segment::Silent;
 use crate::segment::fixtures::{SIGMA, families, ordered, partition, plane, roof, sheet};
 use crate::segment::moves::memo::{Memo, Move};
 use crate::segment::moves::pieces::large_pieces;
@@ -10,7 +11,8 @@ use crate::segment::moves::remove::remove_needless;
 use crate::segment::moves::retype::retype;
 use crate::segment::moves::settle::settle;
 use crate::segment::moves::trial::{Place, Trial};
-use crate::segment::partition::members;
+use crate::segment::moves::{SETTLED, SLACK, improve};
+use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 
 /// Largest distance between two surfaces at the places of a label's points, in sigmas.
@@ -202,4 +204,55 @@ fn a_trial_costs_least_with_the_true_surface_and_leaves_no_trace() {
     assert!(apart(&scene, &model.labels, 1, &shape, &shapes[1]) < 0.3);
     place.leave();
     assert!(slot.iter().all(|s| *s == 0));
+}
+
+/// Faces of a box with a bore, cut into random wrong regions.
+fn muddled(seed: u64) -> (Scene<'static>, Partition) {
+    let random = &mut Random::new(seed);
+    let points: Vec<Vec3> = (0..6000)
+        .map(|k| {
+            let (u, v) = (random.uniform(0.0, 20.0), random.uniform(0.0, 10.0));
+            let e = SIGMA * random.normal();
+            let (sin, cos) = (0.3 * u).sin_cos();
+            match k % 3 {
+                0 => Vec3::new(u, v, e),
+                1 => Vec3::new(u, e, v),
+                _ => Vec3::new(30.0 + (4.0 + e) * cos, (4.0 + e) * sin, v),
+            }
+        })
+        .collect();
+    let points = ordered(&points);
+    let mut plane = |normal: Vec3, x: f64| {
+        let tilt = 0.01 * Vec3::new(random.normal(), random.normal(), random.normal());
+        let at = Vec3::new(x, 5.0 * normal.z, 5.0 * normal.y);
+        Shape::with_axis(Family::Plane, at, (normal + tilt).normalize(), [0.0; 3])
+    };
+    let mut shapes: Vec<Shape> = [5.0, 15.0].map(|x| plane(Vec3::z(), x)).to_vec();
+    shapes.extend([5.0, 15.0].map(|x| plane(Vec3::y(), x)));
+    let bore = Vec3::new(30.0, 0.0, 0.0);
+    shapes.push(Shape::with_axis(Family::Cone, bore, Vec3::z(), [4.0, 0.001, 0.0]));
+    let label = |p: &Vec3| match p.x {
+        x if x > 25.0 => 4,
+        x => i32::from(x > 10.0) + 2 * i32::from(p.y.abs() < p.z.abs()),
+    };
+    let labels = points.iter().map(label).collect();
+    (Scene::new(points), partition(shapes, labels))
+}
+
+#[test]
+fn no_round_of_moves_makes_the_description_longer() {
+    for seed in 0..6 {
+        let (families, (scene, mut model)) = (families(), muddled(seed));
+        settle(&scene, &mut model, families.sigma, SETTLED);
+        let mut before = model.energy(&scene, families.sigma);
+        for _ in 0..3 {
+            improve(&scene, &mut model, &families, &Silent).unwrap();
+            let after = model.energy(&scene, families.sigma);
+            assert!(after <= before + SLACK, "{seed}: {before} {after}");
+            before = after;
+        }
+        let found: Vec<Family> = model.shapes.iter().map(|s| s.family).collect();
+        assert_eq!(found.len(), 3, "{seed}: {found:?}");
+        assert_eq!(found.iter().filter(|f| **f == Family::Cylinder).count(), 1, "{found:?}");
+    }
 }
