@@ -1,5 +1,17 @@
-//! The whole method, in the order of the seed's Figure 1: parameters, seeds, grow, extract, merge,
-//! refine, report.
+//! The whole method: parameters, what is done with a cloud, and what is found.
+//!
+//! `pipeline` checks the cloud and hands it to a method: `rcond`, the seed's, or `distance`, whose rooms stand here in
+//! the order of the work:
+//!
+//! - `sample`: how many of the points surfaces are looked for on, and the result for all of them;
+//! - `prepare`: points in order, their neighbours, normals and noise;
+//! - `grow`: hypotheses from local starts (`family`: which surface explains a set of points), and the choice among them;
+//! - `label`: which surface each point belongs to, and what has changed since that was last settled;
+//! - `moves`: edits of a `partition` (surfaces and labels) that make its description shorter, at the prices of
+//!   `objective`;
+//! - `judge`: whether what was found is a surface at all;
+//! - `discover`: the passes that lead from points to a partition;
+//! - `finish` and `report`: the last fits, and regions in the contract's terms with their uncertainty.
 
 mod discover;
 mod distance;
