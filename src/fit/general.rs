@@ -100,7 +100,8 @@ mod tests {
                 let sq: f64 = truth.iter().map(|x| found.distance(x).powi(2)).sum();
                 sum += sq / (sigma * sigma) / rounds as f64;
             }
-            assert!((sum - 9.0).abs() < 3.0, "{sum}");
+            // Nine degrees of freedom; the mean of 40 rounds has a standard deviation of 0.7.
+            assert!((sum - 9.0).abs() < 1.4, "{sum}");
         }
     }
 

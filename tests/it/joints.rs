@@ -90,13 +90,12 @@ fn boundaries_lie_within_the_resolution_of_the_true_joint() {
                     off.push((p.y - edge).abs().max(if label == 1 { p.z.abs() } else { 0.0 }));
                 }
             }
+            // Smooth joints leave points on either side in doubt, so some are swapped; and the resolution is hardly
+            // more than the spacing, 0.55.
             let far = off.iter().filter(|d| **d > resolution).count();
-            assert!(
-                far * 20 <= off.len().max(20),
-                "{sigma} {label}: {far} {} {resolution}",
-                off.len()
-            );
-            assert!(resolution < 4.0, "{sigma} {label}: {resolution}");
+            let told = format!("{sigma} {label}: {far} of {} {resolution}", off.len());
+            assert!(far == 0 && off.len() >= if label == 2 { 10 } else { 1 }, "{told}");
+            assert!(resolution < 0.8, "{told}");
         }
     }
 }
@@ -111,11 +110,12 @@ fn elliptic_arcs_joined_smoothly_are_found_one_by_one_and_as_exactly_as_their_po
             found.regions.iter().map(|r| (r.surface_type, r.coefficients)).collect();
         let score = score(&cloud, &found.labels, &reported);
         assert_eq!(score.regions, score.surfaces, "seed {seed}: {score}");
-        assert!(score.ratio > 0.995, "seed {seed}: {score}");
+        assert!(score.ratio > 1.004, "seed {seed}: {score}");
         efficiencies.extend(score.efficiencies);
     }
     // One is the bound where labels are perfect; over smooth joints they leak.
     efficiencies.sort_by(f64::total_cmp);
     let median = efficiencies[efficiencies.len() / 2];
-    assert!(median < 1.4, "{efficiencies:?}");
+    let most = efficiencies[efficiencies.len() - 1];
+    assert!(median < 1.2 && most < 1.9, "{efficiencies:?}");
 }

@@ -90,7 +90,10 @@ fn back(quadric: &Quadric, factor: f64, shift: &Vec3) -> Quadric {
     Quadric(scaled)
 }
 
-/// Points within a sigma of a joint may change sides; all others keep their region.
+/// Points that may change sides, as a share, and how far apart surfaces may lie, in sigmas: rounding moves no point
+/// and surfaces by 0.01 at most, and leaves what noise tells well alone.
+const SAME: (f64, f64) = (0.001, 0.03);
+
 fn expect_same(
     what: &str,
     cloud: &Cloud,
@@ -100,13 +103,13 @@ fn expect_same(
 ) {
     assert!(regions, "{} {what}: other regions or types", cloud.name);
     assert!(
-        second.moved <= 0.003,
+        second.moved <= SAME.0,
         "{} {what}: {:.4} of the points moved",
         cloud.name,
         second.moved
     );
     assert!(
-        second.apart <= 0.2,
+        second.apart <= SAME.1,
         "{} {what}: surfaces {:.3} sigmas apart, {} regions",
         cloud.name,
         second.apart,
@@ -178,8 +181,7 @@ fn the_order_of_the_points_does_not_matter() {
 
 #[test]
 fn repeated_points_get_the_label_of_their_twin() {
-    // the part has patches on the verge of being found: other weights may tip them
-    for cloud in inputs().into_iter().take(2) {
+    for cloud in inputs() {
         let first = run(&cloud.points, 2);
         let n = cloud.points.len();
         let there = [&cloud.points[..], &cloud.points[..n / 10]].concat();
@@ -187,9 +189,6 @@ fn repeated_points_get_the_label_of_their_twin() {
         let other = (0..n / 10).filter(|&i| second.labels[i] != second.labels[n + i]);
         assert_eq!(other.count(), 0, "{}: a point and its copy differ", cloud.name);
         let comparison = compare(&cloud, &first, (&second.labels[..n], &quadrics(&second)));
-        // points that count twice do move the fits, within their uncertainty, and edges with them
-        let comparison =
-            Comparison { moved: 0.3 * comparison.moved, apart: 0.1 * comparison.apart };
         expect_same("repeated", &cloud, &first, &comparison, types(&first) == types(&second));
     }
 }

@@ -248,12 +248,13 @@ mod tests {
         assert_eq!(split::split(&scene, &mut model, &families), 1);
         let mut radii: Vec<f64> = model.shapes.iter().map(|s| s.size[0]).collect();
         radii.sort_by(f64::total_cmp);
-        assert!((radii[0] - 10.0).abs() < 0.1 && (radii[1] - 11.5).abs() < 0.1, "{radii:?}");
+        assert!((radii[0] - 10.0).abs() < 0.03 && (radii[1] - 11.5).abs() < 0.03, "{radii:?}");
         let wrong = scene.points.iter().zip(&model.labels).filter(|(p, l)| {
             let own = if p.x < 0.0 { 10.0 } else { 11.5 };
             (model.shapes[**l as usize].size[0] - own).abs() > 0.5
         });
-        assert!(wrong.count() < 1200);
+        // Three in a hundred, all beside the joint.
+        assert!(wrong.count() < 450);
     }
 
     #[test]

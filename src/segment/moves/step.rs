@@ -224,11 +224,11 @@ mod tests {
         assert_eq!(split(&scene, &mut model, &families), 1);
         let mut radii: Vec<f64> = model.shapes.iter().map(|s| s.size[0]).collect();
         radii.sort_by(f64::total_cmp);
-        assert!((radii[0] - 12.0).abs() < 0.002 && (radii[1] - 12.015).abs() < 0.002, "{radii:?}");
+        assert!((radii[0] - 12.0).abs() < 0.001 && (radii[1] - 12.015).abs() < 0.001, "{radii:?}");
         let right =
             |(p, l): (&Vec3, &i32)| (model.shapes[*l as usize].size[0] > 12.007) == (p.z > 15.0);
         let share = scene.points.iter().zip(&model.labels).filter(|p| right(*p)).count();
-        assert!(share as f64 > 0.9 * scene.len() as f64, "{share}");
+        assert!(share as f64 > 0.98 * scene.len() as f64, "{share}");
     }
 
     #[test]
@@ -251,7 +251,9 @@ mod tests {
             (Scene::new(points), Partition { shapes, labels, ..Partition::default() });
         assert_eq!(split(&scene, &mut model, &families), 1);
         let least = members(&model.labels, 2).iter().map(Vec::len).min().unwrap();
-        assert!((24..240).contains(&least), "{least}");
+        // Six to five of the points, as noise lifts some beside it.
+        let own = scene.points.iter().filter(|p| off(p.x, p.y)).count();
+        assert!(least * 10 > own * 9 && least * 10 < own * 13, "{least} of {own}");
     }
 
     #[test]
@@ -264,7 +266,7 @@ mod tests {
         assert_eq!(split(&scene, &mut model, &families), 1);
         for (z, r) in [(8.0, 12.0), (12.0, 12.0), (18.0, 12.012), (22.0, 12.012)] {
             let off = model.shapes.iter().map(|s| s.distance(&Vec3::new(0.0, r, z)).abs());
-            assert!(off.fold(f64::INFINITY, f64::min) < 0.3 * SIGMA, "{z}: {:?}", model.shapes);
+            assert!(off.fold(f64::INFINITY, f64::min) < 0.25 * SIGMA, "{z}: {:?}", model.shapes);
         }
     }
 

@@ -139,7 +139,7 @@ mod tests {
         });
         let sigma = estimate(&Scene::new(points.collect()));
         // a step of 1 has a standard deviation of 0.29, less by the slope
-        assert!((0.1..0.5).contains(&sigma), "{sigma}");
+        assert!((0.2..0.3).contains(&sigma), "{sigma}");
     }
 
     #[test]
@@ -157,7 +157,8 @@ mod tests {
                 })
                 .collect();
             let sigma = estimate(&Scene::new(points));
-            assert!(sigma <= 4.0 * noise + 1e-9 && sigma >= 0.5 * noise, "{noise}: {sigma}");
+            // Above the noise, as the eighth of the neighbours is often the other side's: twice with these points.
+            assert!(sigma <= 2.4 * noise + 1e-9 && sigma >= noise, "{noise}: {sigma}");
         }
     }
 }
