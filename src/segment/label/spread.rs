@@ -4,15 +4,13 @@
 //! beside them: their candidates are the labels around those two. Where one candidate is near, the point takes
 //! it at once; only points near several surfaces look at their neighbours.
 
-use crate::segment::label::around::CHUNK;
-use crate::segment::label::between::WATCHED;
 use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 
 use crate::fit::Ruler;
 use crate::geometry::Vec3;
-use crate::segment::label::around::Around;
-use crate::segment::label::between::{Between, nearest, nearest_of_sample, tree};
+use crate::segment::label::around::{Around, CHUNK};
+use crate::segment::label::between::{Between, WATCHED, nearest, nearest_of_sample, tree};
 use crate::segment::label::shares::Labelled;
 use crate::segment::objective::ACCEPT;
 use crate::segment::partition::Partition;

@@ -4,15 +4,14 @@
 //! shows it, and growth passes the joint. What gives it away is that residuals go together, by less than at a
 //! [step](super::step); and that two surfaces, each for the points on its side of some cut, cost less.
 
-use crate::segment::moves::pieces::Piece;
-use crate::segment::moves::site::Site;
-
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::{Mat3, Vec3};
 use crate::segment::family::{Families, Scored};
 use crate::segment::judge::whiteness::correlation;
+use crate::segment::moves::pieces::Piece;
+use crate::segment::moves::site::Site;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_with_normals;
 

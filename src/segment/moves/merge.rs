@@ -88,6 +88,7 @@ fn join(model: &mut Partition, found: &[Joint]) -> usize {
 
 /// The regions of a partition, two at a time.
 struct Pairs<'a> {
+    scene: &'a Scene<'a>,
     shapes: &'a [Shape],
     groups: Vec<Vec<u32>>,
     samples: Vec<Vec<Vec3>>,
@@ -98,14 +99,14 @@ struct Pairs<'a> {
 }
 
 impl<'a> Pairs<'a> {
-    fn of(scene: &Scene, model: &'a Partition, families: &'a Families) -> Self {
+    fn of(scene: &'a Scene<'a>, model: &'a Partition, families: &'a Families) -> Self {
         let shapes = &model.shapes[..];
         let groups = members(&model.labels, shapes.len());
         let samples = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
         let touching = model.changes.borders();
         let directions = Directions::of(scene, shapes, &groups);
         let inverse = 1.0 / (families.sigma * families.sigma);
-        Self { shapes, groups, samples, touching, directions, families, inverse }
+        Self { scene, shapes, groups, samples, touching, directions, families, inverse }
     }
 
     /// Those that may be one surface: of one family wherever they lie, or neighbours.
@@ -122,7 +123,10 @@ impl<'a> Pairs<'a> {
                 }
         };
         let m = shapes.len();
-        let with = |a: usize| (a + 1..m).filter(move |&b| may_be(a, b)).map(move |b| (a, b));
+        let with = |a: usize| {
+            let end = if self.scene.cancelled() { 0 } else { m };
+            (a + 1..end).filter(move |&b| may_be(a, b)).map(move |b| (a, b))
+        };
         (0..m).into_par_iter().flat_map_iter(with).collect()
     }
 

@@ -5,15 +5,13 @@
 //! some connected piece of it. A tilted plane holds level strips of unlike heights in the same way: see
 //! [`directions`](super::directions).
 
-use crate::segment::moves::pieces::SAMPLE;
-use crate::segment::moves::site::Site;
-
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Shape, starts};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::grow::walk::Walk;
-use crate::segment::moves::pieces::{LEAST, Piece, SMOOTH, large_pieces};
+use crate::segment::moves::pieces::{LEAST, Piece, SAMPLE, SMOOTH, large_pieces};
+use crate::segment::moves::site::Site;
 use crate::segment::objective::DOUBT;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;

@@ -4,13 +4,12 @@
 //! point there lies off the surface, and one surface between the two, mostly a cone, explains nearly all. What gives
 //! it away is that residuals go together far beyond neighbours, above on one side of the step and below on the other.
 
-use crate::segment::moves::pieces::Piece;
-use crate::segment::moves::site::Site;
-
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Ruler, Shape};
 use crate::segment::family::Families;
+use crate::segment::moves::pieces::Piece;
+use crate::segment::moves::site::Site;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_with_normals;
 use crate::segment::union::Union;

@@ -3,8 +3,7 @@
 use crate::fit::Shape;
 use crate::geometry::Vec3;
 use crate::segment::moves::directions::asked;
-use crate::segment::moves::pieces::SAMPLE;
-use crate::segment::moves::pieces::{LEAST, Piece, large_pieces};
+use crate::segment::moves::pieces::{LEAST, Piece, SAMPLE, large_pieces};
 use crate::segment::moves::site::Site;
 use crate::segment::prepare::take::take;
 
