@@ -49,7 +49,7 @@ pub fn discover_on_samples<'a>(
         let found = look(size, if size < most { DENSE_ENOUGH } else { 0 })?;
         if let Some(few) = found.model.thin {
             thinner = Thinner::Glanced(size);
-            size = denser(size, few, most);
+            size = denser(size, few, points.len());
         } else if found.model.form_error {
             // What explained a thinner sample without a form error needs none.
             let thin = match std::mem::replace(&mut thinner, Thinner::None) {
@@ -83,7 +83,7 @@ pub fn discover_on_samples<'a>(
             match judge(points, &found, parameters, monitor)? {
                 Judged::Enough(labelled) => return Ok((found, labelled)),
                 Judged::Thin(least) => {
-                    size = denser(size, least, most);
+                    size = denser(size, least, points.len());
                     thinner = Thinner::Found(Box::new(found));
                 }
             }
@@ -101,11 +101,12 @@ enum Thinner<'a> {
     Found(Box<Discovery<'a>>),
 }
 
-/// The size of the next sample after one of `size` points, of which surfaces had as `few`.
-fn denser(size: usize, few: usize, most: usize) -> usize {
+/// The size of the next sample of `n` points after one of `size`, of which surfaces had as `few`.
+fn denser(size: usize, few: usize, n: usize) -> usize {
     let more = (size * DENSE_ENOUGH / few.max(1)).max(2 * size);
-    // A third look would cost more than it saves.
-    if more * 4 > most { most } else { more }
+    // A third look would cost more than it saves, above all where the next one may be at the cloud itself.
+    let (most, share) = if n <= FINE { (n, 4) } else { (FINE, 2) };
+    if more * share > most { most } else { more }
 }
 
 /// Whether a sample was dense enough.
