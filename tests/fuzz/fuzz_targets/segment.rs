@@ -3,6 +3,7 @@
 //!
 //! From this folder: `mkdir -p corpus/segment`, then
 //! `cargo +nightly fuzz run --fuzz-dir . segment corpus/segment seeds_segment -- -max_len=1024 -len_control=0 -timeout=60`.
+//! `grown/segment.tar.xz` holds what earlier runs found: unpack it into `corpus/segment` first.
 #![no_main]
 #![allow(dead_code, unused_imports)]
 
