@@ -57,7 +57,7 @@ pub fn discover(
             };
             doubtful = suspected;
             let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
-            model.thin = thin(&labels, chosen.len(), enough);
+            model.thin = thin(&labels, chosen.len(), enough, SLIVERS);
             (chosen, labels)
         } else {
             let few = families.with_least(LEFT);
@@ -76,8 +76,7 @@ pub fn discover(
             model.form_error = true;
             break;
         }
-        let smallest = members(&model.labels, model.shapes.len()).iter().map(Vec::len).min();
-        model.thin = smallest.filter(|l| *l < enough);
+        model.thin = thin(&model.labels, model.shapes.len(), enough, FEWEST);
         if model.thin.is_some() {
             break;
         }
@@ -141,18 +140,19 @@ impl Left {
     }
 }
 
-/// Share of the surfaces that may have too few points: hypotheses that bridge others leave slivers to these.
+/// Share of the hypotheses that may have too few points: those that bridge others leave slivers to these.
 const SLIVERS: f64 = 0.25;
-/// Share of the surfaces with the fewest points of which the next one tells how thin a sample is.
+/// Share of the surfaces with the fewest points of which the next one tells how thin a sample is; more than that may
+/// not have too few once labels have settled.
 const FEWEST: f64 = 0.1;
 
-/// Points of the surfaces with the fewest, where too many have fewer than `enough`.
-fn thin(labels: &[i32], surfaces: usize, enough: usize) -> Option<usize> {
+/// Points of the surfaces with the fewest, where more than a `share` of them have fewer than `enough`.
+fn thin(labels: &[i32], surfaces: usize, enough: usize, share: f64) -> Option<usize> {
     let mut sizes: Vec<usize> = members(labels, surfaces).iter().map(Vec::len).collect();
     sizes.sort_unstable();
     let few = sizes.partition_point(|s| *s < enough);
     let typical = sizes.get((FEWEST * surfaces as f64) as usize).copied();
-    typical.filter(|_| few as f64 > SLIVERS * surfaces as f64)
+    typical.filter(|_| few as f64 > share * surfaces as f64)
 }
 
 pub fn choose(
