@@ -1,5 +1,6 @@
 //! What has changed since labels were last looked at, and which regions are still what they were.
 
+use crate::segment::label::blocks::{BLOCK, Block, blocks_beside};
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
@@ -7,8 +8,6 @@ use rayon::prelude::*;
 use crate::fit::Shape;
 use crate::segment::prepare::scene::Scene;
 
-/// Points of a block: fixed, so that the result does not depend on the number of threads.
-pub const BLOCK: usize = 128;
 /// Share of its points that a region may win or lose and still be the same to whoever judges its surface: a
 /// decision that so few points turn is none.
 const SAME_POINTS: f64 = 0.01;
@@ -27,20 +26,13 @@ pub struct Changes {
     shapes: Vec<Shape>,
     labels: Vec<i32>,
     blocks: Vec<Block>,
+    /// The blocks with neighbours in each block: what its labels are matters to them.
+    beside: Vec<Vec<u32>>,
     /// Blocks to look at.
     open: Vec<bool>,
     /// Regions whose surface or points have changed.
     regions: Vec<Region>,
     last: u64,
-}
-
-/// Points in a row.
-#[derive(Clone, Debug, Default)]
-struct Block {
-    /// The labels met by its points, their own and their neighbours'.
-    met: Vec<i32>,
-    /// Pairs of labels that meet along a border, the lower first, and how many graph edges cross it.
-    pairs: Vec<([i32; 2], usize)>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -51,27 +43,6 @@ struct Region {
     /// Points won and lost since it got its revision.
     turned: usize,
     count: usize,
-}
-
-impl Block {
-    /// Adds a point with a label and those of its neighbours.
-    fn add(&mut self, own: i32, near: impl Iterator<Item = i32>) {
-        let mut last = -1;
-        for l in near.chain([own]) {
-            // mostly one after the other are the same
-            if l != last && l >= 0 && !self.met.contains(&l) {
-                self.met.push(l);
-            }
-            last = l;
-            if l >= 0 && own >= 0 && l != own {
-                let pair = [l.min(own), l.max(own)];
-                match self.pairs.iter_mut().find(|p| p.0 == pair) {
-                    Some(p) => p.1 += 1,
-                    None => self.pairs.push((pair, 1)),
-                }
-            }
-        }
-    }
 }
 
 impl Changes {
@@ -107,8 +78,11 @@ impl Changes {
     pub fn note(&mut self, scene: &Scene, shapes: &[Shape], labels: &[i32], sigma: f64) -> usize {
         let (n, blocks) = (scene.len(), scene.len().div_ceil(BLOCK));
         if self.labels.len() != n || self.is_other_noise(sigma) {
-            let last = self.last;
-            *self = Self { sigma, last, open: vec![true; blocks], ..Self::default() };
+            let (last, mut beside) = (self.last, std::mem::take(&mut self.beside));
+            if self.labels.len() != n {
+                beside = blocks_beside(scene);
+            }
+            *self = Self { sigma, last, beside, open: vec![true; blocks], ..Self::default() };
             self.blocks = vec![Block::default(); blocks];
             self.labels = vec![-1; n];
         }
@@ -134,10 +108,10 @@ impl Changes {
         turned
     }
 
-    /// Takes over labels, opens the blocks where they have changed, which are `stale`, and counts the changes of
-    /// each region.
+    /// Takes over labels, opens the blocks where they have changed, marks those to which that matters as `stale`, and
+    /// counts the changes of each region.
     fn turn(&mut self, scene: &Scene, labels: &[i32], stale: &mut [bool]) -> usize {
-        let mut turned = 0;
+        let (mut turned, mut changed) = (0, vec![false; stale.len()]);
         for (i, (&now, before)) in labels.iter().zip(&mut self.labels).enumerate() {
             if now == *before {
                 continue;
@@ -152,10 +126,12 @@ impl Changes {
             }
             *before = now;
             for &j in scene.neighbours(i).iter().chain([&(i as u32)]) {
-                stale[j as usize / BLOCK] = true;
+                self.open[j as usize / BLOCK] = true;
             }
+            changed[i / BLOCK] = true;
         }
-        self.open.iter_mut().zip(stale).for_each(|(open, stale)| *open |= *stale);
+        let changed = changed.into_iter().zip(&self.beside).filter(|(changed, _)| *changed);
+        changed.flat_map(|(_, beside)| beside).for_each(|&b| stale[b as usize] = true);
         turned
     }
 
@@ -256,6 +232,38 @@ mod tests {
             labels[i] + labels[j as usize] == 1 && labels[i] * labels[j as usize] == 0
         });
         assert_eq!(changes.borders(), BTreeMap::from([((0, 1), edges.count())]));
+    }
+
+    #[test]
+    fn borders_stay_right_where_to_be_near_is_not_mutual() {
+        let random = &mut crate::fit::fits::Random::new(5);
+        // ever denser towards one side
+        let mut at = || Vec3::new(random.uniform(0.0, 1.0).powi(4), random.uniform(0.0, 0.3), 0.0);
+        let points: Vec<Vec3> = (0..5000).map(|_| at()).collect();
+        let scene = Scene::new(crate::segment::fixtures::ordered(&points));
+        let plane =
+            |z| Shape::with_axis(Family::Plane, Vec3::new(0.0, 0.0, z), Vec3::z(), [0.0; 3]);
+        let shapes: Vec<Shape> = (0..6).map(|k| plane(f64::from(k))).collect();
+        let mut labels = vec![0; scene.len()];
+        let mut changes = Changes::default();
+        for round in 0..40 {
+            let regions = 2 + (round * 7) % 5;
+            labels.iter_mut().for_each(|l| *l = (*l).min(regions as i32 - 1));
+            for k in 0..60 {
+                labels[(round * 977 + k * 83) % scene.len()] = (k % (regions + 1)) as i32 - 1;
+            }
+            changes.note(&scene, &shapes[..regions], &labels, 1.0);
+            let mut expected = BTreeMap::new();
+            for (i, &a) in labels.iter().enumerate() {
+                for &j in scene.neighbours(i) {
+                    let b = labels[j as usize];
+                    if a >= 0 && b >= 0 && a != b {
+                        *expected.entry((a.min(b) as usize, a.max(b) as usize)).or_insert(0) += 1;
+                    }
+                }
+            }
+            assert_eq!(changes.borders(), expected, "{round}");
+        }
     }
 
     #[test]

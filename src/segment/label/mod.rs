@@ -3,6 +3,7 @@
 pub mod around;
 pub mod asked;
 pub mod between;
+pub mod blocks;
 pub mod changes;
 pub mod energy;
 pub mod labelling;

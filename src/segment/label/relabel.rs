@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
-use crate::segment::label::changes::BLOCK;
+use crate::segment::label::blocks::BLOCK;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::labelling::Labelling;
 use crate::segment::objective::ACCEPT;

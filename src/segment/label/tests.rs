@@ -17,7 +17,7 @@ use crate::segment::prepare::scene::Scene;
 const INVERSE: f64 = 1.0 / (SIGMA * SIGMA);
 
 fn blocks(scene: &Scene) -> Vec<usize> {
-    (0..scene.len().div_ceil(super::changes::BLOCK)).collect()
+    (0..scene.len().div_ceil(super::blocks::BLOCK)).collect()
 }
 
 fn wrong(labels: &[i32], truth: &[i32]) -> usize {
