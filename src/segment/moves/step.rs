@@ -180,14 +180,10 @@ mod tests {
     use crate::fit::Family;
     use crate::fit::fits::Random;
     use crate::geometry::Vec3;
-    use crate::segment::Parameters;
-    use crate::segment::family::Policy;
+    use crate::segment::fixtures::{SIGMA, families, ordered};
     use crate::segment::moves::split::split;
     use crate::segment::partition::{Partition, members};
-    use crate::segment::prepare::morton::morton_order;
     use crate::segment::prepare::take::take;
-
-    const SIGMA: f64 = 0.01;
 
     /// A shaft whose radius grows by `step` halfway, taken for one cylinder.
     fn shaft(step: f64) -> (Scene<'static>, Partition, Families) {
@@ -200,21 +196,12 @@ mod tests {
                 Vec3::new(r * turn.cos(), r * turn.sin(), z)
             })
             .collect();
-        let order = morton_order(&points, &crate::segment::Silent).unwrap();
-        points = order.iter().map(|&i| points[i as usize]).collect();
+        points = ordered(&points);
         let size = [12.0 + step / 2.0, 0.0, 0.0];
         let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::z(), size);
         let labels = vec![0; points.len()];
         let model = Partition { shapes: vec![shape], labels, ..Partition::default() };
-        let families = Families {
-            allowed: Family::ALL.to_vec(),
-            sigma: SIGMA,
-            floor: SIGMA,
-            max_radius: 1e4,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        };
-        (Scene::new(points), model, families)
+        (Scene::new(points), model, families())
     }
 
     #[test]
@@ -241,8 +228,7 @@ mod tests {
                 Vec3::new(x, y, height + SIGMA * random.normal())
             })
             .collect();
-        let order = morton_order(&points, &crate::segment::Silent).unwrap();
-        let points: Vec<Vec3> = order.iter().map(|&i| points[i as usize]).collect();
+        let points = ordered(&points);
         let (_, _, families) = shaft(0.0);
         let shapes = vec![Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3])];
         let labels = vec![0; points.len()];

@@ -38,3 +38,42 @@ pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> 
     let runner_up = next.shape.family.surface_type()?;
     Some(Evidence { runner_up, delta_bic: next.bic - own.bic })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fits::Random;
+    use crate::geometry::SurfaceType;
+
+    /// Points of an arc of a cylinder of radius 5, 10 long, with noise 0.01.
+    fn arc(angle: f64) -> Vec<Vec3> {
+        let mut random = Random::new(4);
+        let mut point = || {
+            let (turn, r) = (random.uniform(0.0, angle), 5.0 + 0.01 * random.normal());
+            Vec3::new(r * turn.cos(), random.uniform(-5.0, 5.0), r * turn.sin())
+        };
+        (0..SAMPLE).map(|_| point()).collect()
+    }
+
+    #[test]
+    fn the_runner_up_of_a_cylinder_has_more_freedom_and_saves_less_than_that_costs() {
+        let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::y(), [5.0, 0.0, 0.0]);
+        for angle in [1.0, 3.0] {
+            let found = evidence(&shape, &arc(angle), 0.01).unwrap();
+            let is_next = |f: &Family| f.surface_type() == Some(found.runner_up);
+            let next = Family::ALL.into_iter().find(is_next).unwrap();
+            assert!(next.dof() > shape.family.dof(), "{found:?}");
+            // Each parameter more gains one on average.
+            let longer = [next, shape.family].map(|f| f.description_length(SAMPLE));
+            let gain = longer[0] - longer[1] - found.delta_bic;
+            assert!((-0.1..8.0).contains(&gain), "{found:?} {gain}");
+        }
+    }
+
+    #[test]
+    fn a_type_that_does_not_fit_is_far_behind_its_runner_up() {
+        let plane = Shape::with_axis(Family::Plane, 4.9 * Vec3::x(), Vec3::x(), [0.0; 3]);
+        let found = evidence(&plane, &arc(1.0), 0.01).unwrap();
+        assert!(found.runner_up == SurfaceType::Cylinder && found.delta_bic < -1000.0, "{found:?}");
+    }
+}

@@ -203,3 +203,63 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mid = values.len() / 2;
     *values.select_nth_unstable_by(mid, f64::total_cmp).1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Family;
+    use crate::segment::fixtures::plane;
+
+    fn cylinder(axis_point: Vec3, radius: f64) -> Shape {
+        Shape::with_axis(Family::Cylinder, axis_point, Vec3::y(), [radius, 0.0, 0.0])
+    }
+
+    #[test]
+    fn the_crossing_is_the_nearest_place_on_both_surfaces() {
+        let (floor, wall) = (plane(Vec3::zeros(), Vec3::z()), plane(2.0 * Vec3::x(), Vec3::x()));
+        let from = Vec3::new(1.5, 7.0, 0.4);
+        let found = crossing(&floor, &wall, &from, 1.0).unwrap();
+        assert!((found - Vec3::new(2.0, 7.0, 0.0)).norm() < 1e-12, "{found}");
+        let found = crossing(&floor, &cylinder(Vec3::zeros(), 5.0), &Vec3::new(4.5, 1.0, 0.3), 1.0);
+        assert!((found.unwrap() - Vec3::new(5.0, 1.0, 0.0)).norm() < 1e-3);
+        let above = plane(Vec3::z(), Vec3::z());
+        assert_eq!(crossing(&floor, &above, &from, 1.0), None);
+    }
+
+    #[test]
+    fn the_bend_is_the_largest_difference_of_normal_curvatures() {
+        let place = Vec3::zeros();
+        let floor = plane(place, Vec3::z());
+        let above = |radius: f64| cylinder(Vec3::new(0.0, 0.0, radius), radius);
+        let below = |radius: f64| cylinder(Vec3::new(0.0, 0.0, -radius), radius);
+        // A side is 1 where both normals point to the same.
+        for (a, b, expected) in [
+            (floor, above(4.0), 1.0 / 4.0),
+            (above(4.0), above(5.0), 1.0 / 4.0 - 1.0 / 5.0),
+            (above(4.0), below(5.0), 1.0 / 4.0 + 1.0 / 5.0),
+        ] {
+            let (n, m) = (a.offset(&place).normal, b.offset(&place).normal);
+            let found = bend(&a, &b, &place, n.dot(&m).signum(), 0.1);
+            assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn borders_are_the_pairs_of_neighbours_with_two_labels_the_smaller_first() {
+        let (scene, _, mut labels) = crate::segment::fixtures::roof(2000, 1.0);
+        labels.iter_mut().step_by(90).for_each(|l| *l = -1);
+        labels.iter_mut().step_by(70).for_each(|l| *l = 2);
+        let found = borders(&scene, &labels, 2);
+        let mut expected = Vec::new();
+        for i in 0..scene.len() {
+            for &j in scene.neighbours(i) {
+                match (labels[i], labels[j as usize]) {
+                    (0, 1) => expected.push([i as u32, j]),
+                    (1, 0) => expected.push([j, i as u32]),
+                    _ => {}
+                }
+            }
+        }
+        assert_eq!(found, BTreeMap::from([([0, 1], expected)]));
+    }
+}
