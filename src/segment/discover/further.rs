@@ -39,6 +39,8 @@ pub fn holds_surface(
     let trials = &mut (0, 0);
     let search = Search { most: SEEDS, ..Search::new(&scene, &families, parameters.seed) };
     let found = search.run(trials, |_| false, monitor)?;
+    // what passes over what is left would take
+    let found = found.into_iter().filter(|h| h.sound).collect();
     let chosen = select(&scene, found, sigma, 0, LEAST).0;
     monitor.check()?;
     Ok(!chosen.is_empty())
