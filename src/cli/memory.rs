@@ -16,12 +16,19 @@ const BUSY: u32 = 6;
 /// A run on a million points takes some 60 MB in blocks that the allocator hands back to the system at
 /// once, and takes anew at the next run: 15 000 page faults, measured as a tenth of such a request's
 /// time. What is kept is given back by [`give_back`].
+///
+/// Each heap keeps the most it has held, and there may be eight a processor. No more threads than
+/// processors are at work at a time, so two heaps a processor do: after ten minutes of mixed load the
+/// process had 60 MB so, and 80 MB with eight.
 pub fn keep() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
         /// Longer blocks are taken from the system one by one; glibc allows no more.
         const LONGEST_KEPT: libc::c_int = 32 << 20;
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let heaps = libc::c_int::try_from(2 * processors).unwrap_or(libc::c_int::MAX);
         glibc::set(libc::M_MMAP_THRESHOLD, LONGEST_KEPT);
+        glibc::set(libc::M_ARENA_MAX, heaps);
         glibc::keep_ends();
     }
 }
