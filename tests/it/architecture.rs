@@ -59,6 +59,29 @@ fn module(name: &str) -> Vec<(String, String)> {
 }
 
 #[test]
+fn every_source_file_belongs_to_the_crate() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for (path, _) in sources(&src) {
+        let path = Path::new(&path);
+        let (name, folder) = (path.file_stem().unwrap(), path.parent().unwrap());
+        if ["lib", "main"].iter().any(|root| name == *root) {
+            continue;
+        }
+        // a folder's module stands in it as mod.rs, or beside it
+        let (name, folder) = match name == "mod" {
+            true => (folder.file_name().unwrap(), folder.parent().unwrap()),
+            false => (name, folder),
+        };
+        let parents = [folder.join("mod.rs"), folder.join("lib.rs"), folder.with_extension("rs")];
+        let declared = format!("mod {};", name.to_str().unwrap());
+        let told = |parent: &std::path::PathBuf| {
+            fs::read_to_string(parent).is_ok_and(|text| text.contains(&declared))
+        };
+        assert!(parents.iter().any(told), "{} is in no module", path.display());
+    }
+}
+
+#[test]
 fn imports_point_one_way() {
     for (name, allowed) in ALLOWED {
         for (path, code) in module(name) {

@@ -197,8 +197,7 @@ mod tests {
     use super::*;
     use crate::fit::Family;
     use crate::geometry::Vec3;
-    use crate::segment::Parameters;
-    use crate::segment::family::Policy;
+    use crate::segment::fixtures;
 
     #[test]
     fn a_cone_without_noise_is_found_whole_from_any_seed() {
@@ -210,14 +209,8 @@ mod tests {
             Vec3::new(radius * t.cos(), radius * t.sin(), 14.0 * h)
         };
         let scene = Scene::new((0..6000).map(at).collect());
-        let families = Families {
-            allowed: Family::ALL.to_vec(),
-            sigma: 2e-6,
-            floor: 2e-6,
-            max_radius: 600.0,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        };
+        let families =
+            Families { sigma: 2e-6, floor: 2e-6, max_radius: 600.0, ..fixtures::families() };
         let mut walk = Walk::new(scene.len());
         for seed in (0..scene.len()).step_by(600) {
             let found = grow(&scene, &mut walk, &families, seed, MIN_SUPPORT);

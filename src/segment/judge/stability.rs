@@ -71,10 +71,8 @@ fn common_share(sorted: &[u32], other: &[u32]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::Family;
     use crate::geometry::Vec3;
-    use crate::segment::Parameters;
-    use crate::segment::family::Policy;
+    use crate::segment::fixtures;
     use crate::segment::random::SplitMix64;
 
     #[test]
@@ -94,14 +92,7 @@ mod tests {
         };
         let labels: Vec<i32> = points.iter().map(side).collect();
         let sigma = 0.003;
-        let families = Families {
-            allowed: Family::ALL.to_vec(),
-            sigma,
-            floor: sigma,
-            max_radius: 1e3,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        };
+        let families = Families { sigma, floor: sigma, max_radius: 1e3, ..fixtures::families() };
         assert_eq!(spurious(&Scene::new(points), &families, &labels, 2), [false, true]);
     }
 

@@ -112,8 +112,7 @@ fn through(points: &[Vec3], normal: &Vec3, sigma: f64) -> Option<Shape> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::segment::Parameters;
-    use crate::segment::family::Policy;
+    use crate::segment::fixtures;
     use crate::segment::moves::merge::merge;
     use crate::segment::partition::Partition;
     use crate::segment::random::SplitMix64;
@@ -142,14 +141,7 @@ mod tests {
             model.shapes.push(Shape::with_axis(Family::Plane, mean, Vec3::z(), [0.0; 3]));
             model.labels.extend(vec![label as i32; face.len()]);
         }
-        let families = Families {
-            allowed: Family::ALL.to_vec(),
-            sigma: SIGMA,
-            floor: SIGMA,
-            max_radius: 1e4,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        };
+        let families = Families { sigma: SIGMA, floor: SIGMA, ..fixtures::families() };
         merge(&Scene::new(faces.concat()), &mut model, &families);
         model.shapes.len()
     }
@@ -176,14 +168,8 @@ mod tests {
             Shape::with_axis(Family::Plane, Vec3::new(0.0, 0.0, height), Vec3::z(), [0.0; 3])
         };
         let directions = Directions::of(&scene, &[plane(0.0), plane(5.0)], &groups);
-        let families = Families {
-            allowed: Vec::new(),
-            sigma: SIGMA,
-            floor: SIGMA,
-            max_radius: 1e4,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        };
+        let families =
+            Families { allowed: Vec::new(), sigma: SIGMA, floor: SIGMA, ..fixtures::families() };
         let (needed, normal) = (asked(&faces[1], 200), Vec3::z());
         assert!(directions.plane(&faces[1], &normal, needed, &families).is_none());
         assert!(directions.plane(&faces[1], &normal, needed / 1e4, &families).is_some());

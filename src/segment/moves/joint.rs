@@ -199,8 +199,7 @@ impl Along {
 mod tests {
     use super::*;
     use crate::fit::fits::Random;
-    use crate::segment::Parameters;
-    use crate::segment::family::Policy;
+    use crate::segment::fixtures;
     use crate::segment::moves::split;
     use crate::segment::partition::Partition;
     use crate::segment::prepare::morton::morton_order;
@@ -220,14 +219,8 @@ mod tests {
             .collect();
         let order = morton_order(&points, &crate::segment::Silent).unwrap_or_default();
         let points: Vec<Vec3> = order.iter().map(|&i| points[i as usize]).collect();
-        let families = Families {
-            allowed: Family::ALL.to_vec(),
-            sigma: SIGMA,
-            floor: SIGMA,
-            max_radius: 1e3,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        };
+        let families =
+            Families { sigma: SIGMA, floor: SIGMA, max_radius: 1e3, ..fixtures::families() };
         let origin = Vec3::new(0.0, -10.0, 0.0);
         let start =
             Shape::with_axis(Family::EllipticCylinder, origin, Vec3::z(), [10.0, 10.4, 0.0]);

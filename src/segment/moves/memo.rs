@@ -49,9 +49,10 @@ impl Memo {
         key.is_some_and(|k| self.vain.contains(k))
     }
 
-    /// Remembers moves that gained nothing.
-    pub fn add(&mut self, keys: impl IntoIterator<Item = Key>) {
-        self.vain.extend(keys);
+    /// Remembers those of some moves that gained nothing: of what each came to, `None`.
+    pub fn add<T>(&mut self, keys: Vec<Option<Key>>, gains: &[Option<T>]) {
+        let vain = keys.into_iter().zip(gains).filter(|(_, gain)| gain.is_none());
+        self.vain.extend(vain.filter_map(|(key, _)| key));
     }
 
     /// Forgets all.

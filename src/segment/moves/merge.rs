@@ -42,8 +42,7 @@ pub fn merge(scene: &Scene, model: &mut Partition, families: &Families) -> usize
             if skipped { None } else { pairs.joint(a, b) }
         };
         let tried: Vec<Option<Joint>> = open.par_iter().zip(&keys).map(tried).collect();
-        let vain = keys.into_iter().zip(&tried).filter(|(_, t)| t.is_none());
-        model.vain.add(vain.filter_map(|(key, _)| key));
+        model.vain.add(keys, &tried);
         let mut found: Vec<Joint> = tried.into_iter().flatten().collect();
         found.sort_by(|x, y| x.saved.total_cmp(&y.saved).then(x.pair.cmp(&y.pair)));
         let joined = join(model, &found);
@@ -205,8 +204,7 @@ fn could_be_one([a, b]: [&Shape; 2], [of_a, of_b]: [&Glance; 2]) -> bool {
 mod tests {
     use super::*;
     use crate::fit::fits::Random;
-    use crate::segment::Parameters;
-    use crate::segment::family::Policy;
+    use crate::segment::fixtures;
 
     #[test]
     fn two_halves_of_the_noise_of_one_sheet_are_one_region_and_a_step_of_its_size_is_two() {
@@ -218,14 +216,7 @@ mod tests {
             };
             (0..2000).map(|_| at()).collect()
         };
-        let families = Families {
-            allowed: Family::ALL.to_vec(),
-            sigma: 1.0,
-            floor: 1.0,
-            max_radius: 1e3,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        };
+        let families = Families { sigma: 1.0, floor: 1.0, max_radius: 1e3, ..fixtures::families() };
         let plane =
             |z: f64| Shape::with_axis(Family::Plane, Vec3::new(25.0, 25.0, z), Vec3::z(), [0.0; 3]);
         // One sheet, whose points took the surface that their neighbours lie nearer to.

@@ -87,12 +87,13 @@ fn improve(
         let mut next = Vec::with_capacity(kinds.len());
         for kind in kinds {
             monitor.check()?;
-            let (shapes, labels) = (model.shapes.clone(), model.labels.clone());
+            let (shapes, labels, merges) =
+                (model.shapes.clone(), model.labels.clone(), model.merges);
             if kind(scene, model, families) > 0 {
                 settle(scene, model, families.sigma, SETTLED);
                 let after = model.energy(scene, families.sigma);
                 if after > energy + SLACK {
-                    (model.shapes, model.labels) = (shapes, labels);
+                    (model.shapes, model.labels, model.merges) = (shapes, labels, merges);
                     model.note(scene, families.sigma);
                     continue;
                 }

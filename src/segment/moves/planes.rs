@@ -95,8 +95,7 @@ fn planes_instead(
 mod tests {
     use super::*;
     use crate::fit::Family;
-    use crate::segment::Parameters;
-    use crate::segment::family::Policy;
+    use crate::segment::fixtures;
     use crate::segment::moves::split::split;
     use crate::segment::partition::{Partition, members};
     use crate::segment::random::SplitMix64;
@@ -104,14 +103,7 @@ mod tests {
     const SIGMA: f64 = 0.02;
 
     fn families() -> Families {
-        Families {
-            allowed: Family::ALL.to_vec(),
-            sigma: SIGMA,
-            floor: SIGMA,
-            max_radius: 1e4,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        }
+        Families { sigma: SIGMA, floor: SIGMA, ..fixtures::families() }
     }
 
     fn uniform(random: &mut SplitMix64, from: f64, to: f64) -> f64 {

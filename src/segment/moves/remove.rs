@@ -56,7 +56,7 @@ pub fn remove_needless(scene: &Scene, model: &mut Partition, families: &Families
                 model.labels[i as usize] = l;
             }
         } else {
-            model.vain.add(key);
+            model.vain.add(vec![key], &[None::<()>]);
         }
     }
     let gone = keep.iter().filter(|k| !**k).count();

@@ -35,7 +35,7 @@ pub fn retype(scene: &Scene, model: &mut Partition, families: &Families) -> usiz
             (best.shape.family != s.family && sound).then_some(best.shape)
         })
         .collect();
-    model.vain.add(keys.into_iter().zip(&next).filter(|(_, n)| n.is_none()).filter_map(|(k, _)| k));
+    model.vain.add(keys, &next);
     put_in(&mut model.shapes, next)
 }
 

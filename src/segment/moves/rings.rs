@@ -121,8 +121,7 @@ mod tests {
     use super::*;
     use crate::fit::fits::Random;
     use crate::geometry::Mat3;
-    use crate::segment::Parameters;
-    use crate::segment::family::Policy;
+    use crate::segment::fixtures;
     use crate::segment::moves::directions::Directions;
     use crate::segment::partition::Partition;
 
@@ -144,14 +143,8 @@ mod tests {
     }
 
     fn cones(shape: &Shape, rings: &Scene) -> Option<Vec<Shape>> {
-        let families = Families {
-            allowed: Family::ALL.to_vec(),
-            sigma: SIGMA,
-            floor: SIGMA,
-            max_radius: 1000.0,
-            strips: true,
-            policy: Policy::of(&Parameters::default()),
-        };
+        let families =
+            Families { sigma: SIGMA, floor: SIGMA, max_radius: 1000.0, ..fixtures::families() };
         let group: Vec<u32> = (0..rings.len() as u32).collect();
         let model = Partition {
             shapes: vec![*shape],

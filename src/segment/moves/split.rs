@@ -51,8 +51,7 @@ pub fn split(scene: &Scene, model: &mut Partition, families: &Families) -> usize
             },
         )
         .collect();
-    let vain = keys.into_iter().zip(&splits).filter(|(_, s)| s.is_none());
-    model.vain.add(vain.filter_map(|(key, _)| key));
+    model.vain.add(keys, &splits);
     let mut count = 0;
     for (region, pieces) in splits.into_iter().enumerate() {
         let Some(pieces) = pieces else { continue };

@@ -1,7 +1,7 @@
-//! Moves on the total energy of the scene: take a surface out, or put another family in.
+//! Putting another family in the place of a surface's own.
 //!
-//! Residuals of a region whose labels leak over a smooth joint cannot decide its type, nor whether it
-//! is needed at all; the energy of all points it could win or lose can.
+//! Residuals of a region whose labels leak over a smooth joint cannot decide its type; the energy of all
+//! points it could win or lose can.
 
 use rayon::prelude::*;
 
@@ -57,7 +57,7 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
             },
         )
         .collect();
-    model.vain.add(keys.into_iter().zip(&next).filter(|(_, n)| n.is_none()).filter_map(|(k, _)| k));
+    model.vain.add(keys, &next);
     put_in(&mut model.shapes, next)
 }
 

@@ -129,7 +129,7 @@ fn what_was_tried_in_vain_is_known_until_a_region_that_it_was_tried_on_changes()
         Memo::key(&model.changes, kind, 0, others.iter().copied())
     };
     let tried = key(&model, Move::Merge, &[1, 2]);
-    model.vain.add(tried.clone());
+    model.vain.add(vec![tried.clone()], &[None::<()>]);
     for (kind, others, known) in [
         (Move::Merge, [1, 2], true),
         (Move::Merge, [2, 1], true),
