@@ -8,7 +8,7 @@ use crate::geometry::{
 /// Largest number of degrees of freedom of any family.
 pub const MAX_DOF: usize = 9;
 
-/// The families that are fitted: the reported types, and the torus that competes with them.
+/// The families that are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Family {
     /// Plane, 3 degrees of freedom.
@@ -21,7 +21,7 @@ pub enum Family {
     Cone,
     /// Elliptic cylinder, 7.
     EllipticCylinder,
-    /// Torus, 7. No quadric: it competes for points and is not reported.
+    /// Torus, 7. The only one that is no quadric.
     Torus,
     /// Ellipsoid, 9.
     Ellipsoid,
@@ -66,16 +66,16 @@ impl Family {
         self.dof() as f64 * (n.max(2) as f64).ln() + prior
     }
 
-    /// The reported type; none for the torus.
-    pub fn surface_type(self) -> Option<SurfaceType> {
+    /// The type it is reported as.
+    pub fn surface_type(self) -> SurfaceType {
         match self {
-            Self::Plane => Some(SurfaceType::Plane),
-            Self::Sphere => Some(SurfaceType::Sphere),
-            Self::Cylinder => Some(SurfaceType::Cylinder),
-            Self::Cone => Some(SurfaceType::Cone),
-            Self::EllipticCylinder => Some(SurfaceType::EllipticCylinder),
-            Self::Ellipsoid => Some(SurfaceType::Ellipsoid),
-            Self::Torus => None,
+            Self::Plane => SurfaceType::Plane,
+            Self::Sphere => SurfaceType::Sphere,
+            Self::Cylinder => SurfaceType::Cylinder,
+            Self::Cone => SurfaceType::Cone,
+            Self::EllipticCylinder => SurfaceType::EllipticCylinder,
+            Self::Ellipsoid => SurfaceType::Ellipsoid,
+            Self::Torus => SurfaceType::Torus,
         }
     }
 }
@@ -372,11 +372,11 @@ impl Shape {
         Self { origin: self.origin + offset, ..*self }
     }
 
-    /// The shape in engineering terms; `None` for the torus.
-    pub fn surface(&self) -> Option<Surface> {
+    /// The shape in engineering terms.
+    pub fn surface(&self) -> Surface {
         let [u, v, w]: [Vec3; 3] = [0, 1, 2].map(|i| self.frame.column(i).into_owned());
         let s = &self.size;
-        Some(match self.family {
+        match self.family {
             Family::Plane => Surface::Plane(Plane { point: self.origin, normal: w }),
             Family::Sphere => Surface::Sphere(Sphere { center: self.origin, radius: s[0] }),
             Family::Cylinder => Surface::Cylinder(Cylinder {
@@ -413,8 +413,13 @@ impl Shape {
                     semi_axis_directions: [d[order[0]], d[order[1]], third],
                 })
             }
-            Family::Torus => return None,
-        })
+            Family::Torus => Surface::Torus(Torus {
+                center: self.origin,
+                axis_direction: w,
+                major_radius: s[0],
+                minor_radius: s[1],
+            }),
+        }
     }
 
     /// The shape as ten coefficients, not scaled; `None` for tori, which are no quadrics.
@@ -422,23 +427,13 @@ impl Shape {
     /// Of a cone they are made from its radius beside the points: the apex of a slender one is too far off.
     pub fn quadric(&self) -> Option<Quadric> {
         if self.family != Family::Cone {
-            return Some(self.surface()?.quadric());
+            return self.surface().quadric();
         }
         let ([radius, half_angle, _], w) = (self.size, self.w());
         let slope = half_angle.tan();
         let e = Mat3::identity() - w * w.transpose() * (1.0 + slope * slope);
         let about_itself = Quadric::from_parts(&e, &(-2.0 * radius * slope * w), -radius * radius);
         Some(about_itself.moved_to(&-self.origin))
-    }
-
-    /// The torus in engineering terms, where the shape is one.
-    pub fn torus(&self) -> Option<Torus> {
-        (self.family == Family::Torus).then(|| Torus {
-            center: self.origin,
-            axis_direction: self.w(),
-            major_radius: self.size[0],
-            minor_radius: self.size[1],
-        })
     }
 }
 
@@ -488,11 +483,11 @@ mod tests {
     #[test]
     fn engineering_terms_describe_the_same_surface() {
         for s in shapes() {
-            let Some(surface) = s.surface() else { continue };
+            let Some(quadric) = s.surface().quadric() else { continue };
             for k in 0..10 {
                 let t = k as f64;
                 let x = s.origin + s.frame * Vec3::new(5.0 * t.cos(), 5.0 * t.sin(), 2.0);
-                let d = surface.quadric().distance(&x);
+                let d = quadric.distance(&x);
                 let own = s.distance(&x).abs();
                 assert!((d - own).abs() < 0.02 * (1.0 + own), "{:?} {d} {own}", s.family);
                 let d = s.quadric().unwrap().distance(&x);

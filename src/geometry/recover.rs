@@ -3,7 +3,7 @@
 use super::classify::{CanonicalForm, QuadricType};
 use super::{
     Cone, Cylinder, Ellipsoid, EllipticCylinder, Frame, Plane, Quadric, Sphere, Surface,
-    SurfaceType, Vec3,
+    SurfaceType, Torus, Vec3,
 };
 
 /// How far coefficients may be from their ideal values.
@@ -95,6 +95,12 @@ fn named(local: Surface, frame: &Frame) -> Recovered {
             semi_axes: p.semi_axes.map(|a| a * s),
             ..p
         }),
+        Surface::Torus(p) => Surface::Torus(Torus {
+            center: at(&p.center),
+            major_radius: p.major_radius * s,
+            minor_radius: p.minor_radius * s,
+            ..p
+        }),
     };
     Recovered { surface_type: surface.surface_type(), surface: Some(surface) }
 }
@@ -175,7 +181,7 @@ mod tests {
     const FRAME: Frame = Frame { origin: Vec3::new(100.0, 50.0, -30.0), scale: 12.0 };
 
     fn round_trip(surface: Surface) -> Surface {
-        let found = recover(&surface.quadric(), &FRAME, Tolerance::default());
+        let found = recover(&surface.quadric().unwrap(), &FRAME, Tolerance::default());
         let found = found.expect("a real surface");
         assert_eq!(found.surface_type, surface.surface_type());
         found.surface.expect("an explicit surface")

@@ -30,6 +30,8 @@ pub enum SurfaceType {
     Cone,
     /// An ellipsoid with any three semi-axes.
     Ellipsoid,
+    /// A torus with a circular section: the one type that is no quadric.
+    Torus,
     /// z = x2/a + y2/b.
     EllipticParaboloid,
     /// z = x2/a - y2/b.
@@ -48,23 +50,25 @@ pub enum SurfaceType {
 
 impl SurfaceType {
     /// The types looked for when the user names none.
-    pub const DEFAULT: [Self; 6] = [
+    pub const DEFAULT: [Self; 7] = [
         Self::Plane,
         Self::Sphere,
         Self::Cylinder,
         Self::EllipticCylinder,
         Self::Cone,
         Self::Ellipsoid,
+        Self::Torus,
     ];
 
     /// Every type, the default ones first.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Plane,
         Self::Sphere,
         Self::Cylinder,
         Self::EllipticCylinder,
         Self::Cone,
         Self::Ellipsoid,
+        Self::Torus,
         Self::EllipticParaboloid,
         Self::HyperbolicParaboloid,
         Self::HyperboloidOneSheet,
@@ -83,6 +87,7 @@ impl SurfaceType {
             Self::EllipticCylinder => "elliptic_cylinder",
             Self::Cone => "cone",
             Self::Ellipsoid => "ellipsoid",
+            Self::Torus => "torus",
             Self::EllipticParaboloid => "elliptic_paraboloid",
             Self::HyperbolicParaboloid => "hyperbolic_paraboloid",
             Self::HyperboloidOneSheet => "hyperboloid_one_sheet",
@@ -175,16 +180,18 @@ pub struct Ellipsoid {
     pub semi_axis_directions: [Vec3; 3],
 }
 
-/// The torus with a circular section. It is no quadric: it is recognised in order to be left out.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// The torus with a circular section, as pipe elbows and fillets of round edges have it. It is no quadric.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Torus {
     /// Centre.
+    #[schema(value_type = [f64; 3])]
     pub center: Vec3,
-    /// Unit direction of the axis of revolution.
+    /// Unit direction of the axis of revolution; which of the two ways it points means nothing.
+    #[schema(value_type = [f64; 3])]
     pub axis_direction: Vec3,
-    /// Distance from the centre to the tube's middle line.
+    /// Distance from the centre to the tube's middle line, > 0.
     pub major_radius: f64,
-    /// Radius of the tube.
+    /// Radius of the tube, > 0; larger than `major_radius` where the surface crosses itself.
     pub minor_radius: f64,
 }
 
@@ -204,6 +211,8 @@ pub enum Surface {
     Cone(Cone),
     /// An ellipsoid.
     Ellipsoid(Ellipsoid),
+    /// A torus.
+    Torus(Torus),
 }
 
 /// x'Qx - 2c'Qx + c'Qc = rhs for Q = sum of `curvatures[i] * directions[i] directions[i]'`.
@@ -225,12 +234,13 @@ impl Surface {
             Self::EllipticCylinder(_) => SurfaceType::EllipticCylinder,
             Self::Cone(_) => SurfaceType::Cone,
             Self::Ellipsoid(_) => SurfaceType::Ellipsoid,
+            Self::Torus(_) => SurfaceType::Torus,
         }
     }
 
-    /// The surface as ten coefficients, not scaled.
-    pub fn quadric(&self) -> Quadric {
-        match self {
+    /// The surface as ten coefficients, not scaled; `None` for the torus, which is no quadric.
+    pub fn quadric(&self) -> Option<Quadric> {
+        Some(match self {
             Self::Plane(s) => {
                 Quadric::from_parts(&Mat3::zeros(), &s.normal, -s.normal.dot(&s.point))
             }
@@ -262,6 +272,7 @@ impl Surface {
                 &s.semi_axes.map(|a| 1.0 / (a * a)),
                 1.0,
             ),
-        }
+            Self::Torus(_) => return None,
+        })
     }
 }

@@ -61,7 +61,7 @@ impl Equations {
 
 /// The middle of a region's box, rounded to a tenth of the power of ten that its longest side reaches: it lies
 /// within a twentieth of that side of the middle, and is written with few digits that read back as it is.
-fn origin_near(extent: &Extent) -> Vec3 {
+pub fn origin_near(extent: &Extent) -> Vec3 {
     let (min, max) = (Vec3::from(extent.min), Vec3::from(extent.max));
     let middle = min + (max - min) / 2.0;
     let size = (max - min).max();
@@ -98,7 +98,8 @@ mod tests {
 
     fn of_sphere(r: f64, offset: &Vec3) -> (Vec<Vec3>, Equations) {
         let points = half_sphere(r, offset);
-        let about = |o: &Vec3| Surface::Sphere(Sphere { center: offset - o, radius: r }).quadric();
+        let about =
+            |o: &Vec3| Surface::Sphere(Sphere { center: offset - o, radius: r }).quadric().unwrap();
         let far = about(&Vec3::zeros());
         let e = Equations::of(&far, about, &extent(&points), points.len(), |k| points[k]);
         (points, e)
@@ -161,7 +162,7 @@ mod tests {
         let at =
             |k: usize| Vec3::new(0.8 * (k % 20) as f64, (k / 20) as f64, -0.6 * (k % 20) as f64);
         let points: Vec<Vec3> = (0..400).map(at).collect();
-        let about = |o: &Vec3| Surface::Plane(Plane { point: -o, normal }).quadric();
+        let about = |o: &Vec3| Surface::Plane(Plane { point: -o, normal }).quadric().unwrap();
         let e = Equations::of(&about(&Vec3::zeros()), about, &extent(&points), 400, |k| points[k]);
         assert_eq!(e.coefficients_scale, Scale::Unit);
         assert!(e.coefficients_error.unwrap() < 1e-14);

@@ -13,7 +13,7 @@ pub struct Found<'a> {
     pub centre: Vec3,
     /// Where each of the cloud's points stands in `points`.
     pub places: Vec<u32>,
-    /// Each region's surface, relative to `centre`; tori, which are not reported, among them.
+    /// Each region's surface, relative to `centre`.
     pub shapes: Vec<Shape>,
     /// Each point's region, -1 = none.
     pub labels: Vec<i32>,

@@ -32,10 +32,11 @@ pub struct Region {
     /// How many points carry its label.
     pub point_count: usize,
     /// a1..a10 in the seed's order (1), about the file's origin. Far from it their terms cancel: where
-    /// `coefficients_error` is not small against what matters, reckon with `local_coefficients`.
-    pub coefficients: [f64; 10],
+    /// `coefficients_error` is not small against what matters, reckon with `local_coefficients`. null for a
+    /// torus, which is no quadric; so are the other fields of the coefficients.
+    pub coefficients: Option<[f64; 10]>,
     /// How the coefficients are scaled.
-    pub coefficients_scale: Scale,
+    pub coefficients_scale: Option<Scale>,
     /// How far off `coefficients` are as written, as a length: the largest difference, over the region's
     /// points, between the distance |Q| / |grad Q| by them and by `local_coefficients`, reckoned term
     /// by term in double precision. null where it is infinite or where the gradient vanishes at all points.
@@ -47,7 +48,7 @@ pub struct Region {
     /// file's origin. Scaled so that the gradient's root mean square over the region's points is 1: the
     /// value at a point near the surface is about its distance from it. Of unit length where the gradient
     /// vanishes at all points.
-    pub local_coefficients: [f64; 10],
+    pub local_coefficients: Option<[f64; 10]>,
     /// The surface in engineering terms; absent for the quadrics that have none here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,
@@ -95,6 +96,12 @@ pub struct Uncertainty {
     /// Of a radius.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
+    /// Of a torus' radius about its axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub major_radius: Option<f64>,
+    /// Of the radius of a torus' tube.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minor_radius: Option<f64>,
     /// Of a cone's half angle, in radians.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub half_angle: Option<f64>,

@@ -82,7 +82,8 @@ impl Representation {
                  `position_x` to `position_z` (a point of the plane or axis, the centre or the apex), \
                  `direction_x` to `direction_z` (normal or axis), `radius`, `half_angle`, semi-axes and \
                  their directions, `a1` to `a10`, `coefficients_error`, `local_origin_x` to \
-                 `local_origin_z`, `local_a1` to `local_a10`; empty where a surface has none"
+                 `local_origin_z`, `local_a1` to `local_a10`, `major_radius`, `minor_radius` (of a torus); empty where a \
+                 surface has none"
             }
         }
     }

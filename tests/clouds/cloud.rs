@@ -1,5 +1,5 @@
 use conicoid::geometry::{
-    Cone, Cylinder, Ellipsoid, EllipticCylinder, Plane, PointCloud, Sphere, Surface, Vec3,
+    Cone, Cylinder, Ellipsoid, EllipticCylinder, Plane, PointCloud, Sphere, Surface, Torus, Vec3,
 };
 use nalgebra::Rotation3;
 
@@ -112,6 +112,11 @@ pub fn moved_surface(surface: &Surface, rotation: &Rotation3<f64>, shift: &Vec3)
         Surface::Ellipsoid(s) => Surface::Ellipsoid(Ellipsoid {
             center: point(&s.center),
             semi_axis_directions: s.semi_axis_directions.map(|d| turn(&d)),
+            ..*s
+        }),
+        Surface::Torus(s) => Surface::Torus(Torus {
+            center: point(&s.center),
+            axis_direction: turn(&s.axis_direction),
             ..*s
         }),
     }

@@ -34,7 +34,7 @@ pub fn truth(cloud: &Cloud) -> Value {
             "label": label,
             "points": s.points,
             "type": s.surface.surface_type().name(),
-            "coefficients": s.surface.quadric().scaled().0.0,
+            "coefficients": s.surface.quadric().map(|q| q.scaled().0.0),
         });
         if let (Value::Object(all), Ok(Value::Object(parameters))) =
             (&mut value, serde_json::to_value(s.surface))

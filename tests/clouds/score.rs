@@ -7,8 +7,8 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use super::Cloud;
 
-/// A reported surface, at the place of its label.
-pub type Reported = (SurfaceType, [f64; 10]);
+/// A reported surface, at the place of its label; a torus has no coefficients.
+pub type Reported = (SurfaceType, Option<[f64; 10]>);
 
 /// How good a result is.
 #[derive(Clone, Debug, Default)]
@@ -19,7 +19,7 @@ pub struct Score {
     pub ratio: f64,
     /// The worst IoU of a true surface.
     pub worst_iou: f64,
-    /// Regions reported.
+    /// Regions reported, tori left out.
     pub regions: usize,
     /// True surfaces.
     pub surfaces: usize,
@@ -64,8 +64,14 @@ pub fn score(cloud: &Cloud, labels: &[i32], reported: &[Reported]) -> Score {
         let pairs = cloud.labels.iter().zip(values);
         pairs.filter(|(truth, _)| **truth >= -1).map(|(_, v)| *v).collect()
     };
+    // What is on no quadric may be a torus.
+    let is_torus = |l: i32| {
+        let reported = usize::try_from(l).ok().and_then(|l| reported.get(l));
+        reported.is_some_and(|r| r.0 == SurfaceType::Torus)
+    };
+    let labels: Vec<i32> = labels.iter().map(|&l| if is_torus(l) { -1 } else { l }).collect();
     let (truth, labels, oracle) =
-        (scored(&cloud.labels), scored(labels), scored(&oracle_labels(cloud)));
+        (scored(&cloud.labels), scored(&labels), scored(&oracle_labels(cloud)));
     let surfaces = cloud.surfaces.len();
     let table = Table::new(&truth, &labels, surfaces);
     let matches = table.best_matches();
@@ -98,7 +104,7 @@ impl Score {
         let (mut matched, mut right) = (0u32, 0);
         for (i, truth) in cloud.surfaces.iter().enumerate() {
             let Some(j) = matches[i].filter(|&j| table.iou(i, j) > 0.5) else { continue };
-            let Some((found, coefficients)) = reported.get(j) else { continue };
+            let Some((found, Some(coefficients))) = reported.get(j) else { continue };
             let true_type = truth.surface.surface_type();
             matched += 1;
             right += u32::from(*found == true_type);
@@ -136,7 +142,8 @@ fn mean_point(points: &[Vec3]) -> Vec3 {
 fn rms_between(cloud: &Cloud, label: usize, coefficients: &[f64; 10]) -> f64 {
     let mut points = points_of(cloud, label);
     let origin = mean_point(&cloud.points);
-    let truth = cloud.surfaces[label].surface.quadric().moved_to(&origin);
+    let Some(truth) = cloud.surfaces[label].surface.quadric() else { return 0.0 };
+    let truth = truth.moved_to(&origin);
     let reported = Quadric(*coefficients).moved_to(&origin);
     for p in &mut points {
         *p -= origin;
@@ -156,7 +163,8 @@ fn oracle_labels(cloud: &Cloud) -> Vec<i32> {
     let mut best = vec![(f64::INFINITY, -1); cloud.points.len()];
     for (label, s) in cloud.surfaces.iter().enumerate() {
         let own = Near::new(&points_of(cloud, label));
-        let quadric = s.surface.quadric().moved_to(&origin);
+        let Some(quadric) = s.surface.quadric() else { continue };
+        let quadric = quadric.moved_to(&origin);
         for (p, best) in cloud.points.iter().zip(&mut best) {
             if own.outside_box(p) {
                 continue;

@@ -54,8 +54,8 @@ fn both(
     region: &Region,
     distance: fn(&Quadric, &Vec3) -> f64,
 ) -> [f64; 2] {
-    let local = Quadric(region.local_coefficients);
-    let far = Quadric(region.coefficients);
+    let local = Quadric(region.local_coefficients.unwrap());
+    let far = Quadric(region.coefficients.unwrap());
     let origin = region.local_origin.into();
     [
         rms(cloud, result, region.id, |x| distance(&local, x), &origin),
@@ -95,8 +95,8 @@ fn local_coefficients_tell_distances_as_the_parameters_do_however_far_the_cloud_
             assert!(error < 1e-13, "{error:e}");
         }
         // The same surface wherever it lies: offsets are whole steps of the local origin.
-        let first = *first.get_or_insert(region.local_coefficients);
-        for (a, b) in first.iter().zip(&region.local_coefficients) {
+        let first = *first.get_or_insert(region.local_coefficients.unwrap());
+        for (a, b) in first.iter().zip(&region.local_coefficients.unwrap()) {
             assert!((a - b).abs() < 1e-4, "{offset}: {a} {b}");
         }
         let near = Vec3::from(region.local_origin) - offset;

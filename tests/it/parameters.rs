@@ -156,7 +156,7 @@ fn other_quadrics_are_found_where_they_are_asked_for() {
         let region = &asked.regions[0];
         assert!(region.point_count * 100 > 99 * cloud.points.len() && region.surface.is_none());
         assert!((region.fit.rms / cloud.sigma - 1.0).abs() < 0.05, "{}", region.fit.rms);
-        let quadric = Quadric(region.coefficients);
+        let quadric = Quadric(region.coefficients.unwrap());
         let far = cloud.points.iter().filter(|p| quadric.distance(p) > 5.0 * cloud.sigma);
         assert_eq!(far.count(), 0);
     }
@@ -236,8 +236,8 @@ fn refinement_brings_the_surfaces_nearer_to_the_truth() {
         let mut sum = 0.0;
         for t in 0..cloud.surfaces.len() {
             let best = (0..found.regions.len()).max_by_key(|&r| count(r, t)).unwrap();
-            let quadric = found.regions[best].surface.unwrap().quadric();
-            let truth = cloud.surfaces[t].surface.quadric();
+            let quadric = found.regions[best].surface.unwrap().quadric().unwrap();
+            let truth = cloud.surfaces[t].surface.quadric().unwrap();
             let points = cloud.points.iter().zip(&cloud.labels).filter(|(_, l)| **l == t as i32);
             for (p, _) in points {
                 // A point moved onto the true surface, to first order.

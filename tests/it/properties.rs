@@ -62,7 +62,7 @@ fn compare(cloud: &Cloud, first: &Segmentation, second: (&[i32], &[Quadric])) ->
         let Some(quadric) = usize::try_from(b).ok().and_then(|b| quadrics.get(b)) else {
             return f64::INFINITY;
         };
-        apart(cloud, &first.labels, a, [&Quadric(region.coefficients), quadric])
+        apart(cloud, &first.labels, a, [&Quadric(region.coefficients.unwrap()), quadric])
     };
     let known = |(a, _): &(&i32, &i32)| first.regions[**a as usize].point_count >= LEAST;
     Comparison {
@@ -72,7 +72,7 @@ fn compare(cloud: &Cloud, first: &Segmentation, second: (&[i32], &[Quadric])) ->
 }
 
 fn quadrics(result: &Segmentation) -> Vec<Quadric> {
-    result.regions.iter().map(|r| Quadric(r.coefficients)).collect()
+    result.regions.iter().map(|r| Quadric(r.coefficients.unwrap())).collect()
 }
 
 fn types(result: &Segmentation) -> Vec<&'static str> {

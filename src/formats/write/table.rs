@@ -15,14 +15,14 @@ pub struct RegionRow {
     pub rms: f64,
     /// Largest distance of its points.
     pub max: f64,
-    /// a1..a10 in the seed's order.
-    pub coefficients: [f64; 10],
+    /// a1..a10 in the seed's order; none of a torus.
+    pub coefficients: Option<[f64; 10]>,
     /// How far off these are as written, as a length; `None` where that is not known.
     pub coefficients_error: Option<f64>,
     /// An origin near the points.
     pub local_origin: [f64; 3],
     /// a1..a10 about that one.
-    pub local_coefficients: [f64; 10],
+    pub local_coefficients: Option<[f64; 10]>,
     /// The surface in engineering terms, where it has any.
     pub surface: Option<Surface>,
 }
@@ -31,7 +31,8 @@ const COLUMNS: &str = "id,type,point_count,rms,max,position_x,position_y,positio
     direction_x,direction_y,direction_z,radius,half_angle,semi_axis_1,semi_axis_2,semi_axis_3,\
     semi_axis_1_x,semi_axis_1_y,semi_axis_1_z,semi_axis_2_x,semi_axis_2_y,semi_axis_2_z,\
     a1,a2,a3,a4,a5,a6,a7,a8,a9,a10,coefficients_error,local_origin_x,local_origin_y,local_origin_z,\
-    local_a1,local_a2,local_a3,local_a4,local_a5,local_a6,local_a7,local_a8,local_a9,local_a10";
+    local_a1,local_a2,local_a3,local_a4,local_a5,local_a6,local_a7,local_a8,local_a9,local_a10,\
+    major_radius,minor_radius";
 
 /// Writes one line for each region, under a line of names; a parameter its surface lacks stays empty.
 ///
@@ -47,12 +48,18 @@ pub fn write_regions_csv(out: &mut impl Write, rows: &[RegionRow]) -> io::Result
         let name = row.surface_type.name();
         write!(out, "{},{name},{},{},{}", row.id, row.point_count, row.rms, row.max)?;
         let surface = row.surface.as_ref().map_or([None; 17], parameters);
-        let local = row.local_origin.iter().chain(&row.local_coefficients);
+        let ten = |all: Option<[f64; 10]>| all.map_or([None; 10], |all| all.map(Some));
+        let torus = match row.surface {
+            Some(Surface::Torus(s)) => [s.major_radius, s.minor_radius].map(Some),
+            _ => [None; 2],
+        };
         let cells = surface
             .into_iter()
-            .chain(row.coefficients.map(Some))
+            .chain(ten(row.coefficients))
             .chain([row.coefficients_error])
-            .chain(local.map(|v| Some(*v)));
+            .chain(row.local_origin.map(Some))
+            .chain(ten(row.local_coefficients))
+            .chain(torus);
         for cell in cells {
             match cell {
                 Some(value) => write!(out, ",{value}")?,
@@ -95,6 +102,7 @@ fn parameters(surface: &Surface) -> [Option<f64>; 17] {
             put(11, &directions(&s.semi_axis_directions[..2]));
             (s.center, None)
         }
+        Surface::Torus(s) => (s.center, Some(s.axis_direction)),
     };
     put(0, position.as_slice());
     if let Some(direction) = direction {
@@ -115,10 +123,10 @@ mod tests {
             point_count: 120,
             rms: 0.01,
             max: 0.04,
-            coefficients: [0.5; 10],
+            coefficients: Some([0.5; 10]),
             coefficients_error: None,
             local_origin: [500_000.1, 0.0, -2.0],
-            local_coefficients: [0.25; 10],
+            local_coefficients: Some([0.25; 10]),
             surface,
         };
         let mut bytes = Vec::new();

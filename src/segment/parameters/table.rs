@@ -22,6 +22,7 @@ const TYPES: &[&str] = &[
     "elliptic_cylinder",
     "cone",
     "ellipsoid",
+    "torus",
     "elliptic_paraboloid",
     "hyperbolic_paraboloid",
     "hyperboloid_one_sheet",
@@ -59,7 +60,7 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         name: "surfaces",
         kind: ParameterKind::List(TYPES),
         unit: None,
-        default: Some("plane,sphere,cylinder,elliptic_cylinder,cone,ellipsoid"),
+        default: Some("plane,sphere,cylinder,elliptic_cylinder,cone,ellipsoid,torus"),
         help: "distance only: the surface types looked for, each for itself: ellipsoid does not stand for sphere, nor elliptic_cylinder for cylinder",
     },
     ParameterSpec {

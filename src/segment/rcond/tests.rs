@@ -73,7 +73,7 @@ fn every_seed_separates_two_cylinders_with_a_smooth_joint() {
         assert!(a != b && right(&result.labels[..first], a) > 2300, "seed {seed}");
         assert!(right(&result.labels[first..], b) > 1500, "seed {seed}");
         for region in &result.regions {
-            assert!(region.fit.rms < 0.003 && region.coefficients[9] == 1.0);
+            assert!(region.fit.rms < 0.003 && region.coefficients.unwrap()[9] == 1.0);
             let count = right(&result.labels, region.id as i32);
             assert_eq!(region.point_count, count);
         }
@@ -200,7 +200,7 @@ fn a_surface_through_the_origin_is_found_and_scaled_to_unit_length() {
         .collect();
     let result = run(points, &parameters(0));
     let [region] = &result.regions[..] else { panic!("{} regions", result.regions.len()) };
-    assert_eq!(region.coefficients_scale, crate::geometry::Scale::Unit);
+    assert_eq!(region.coefficients_scale, Some(crate::geometry::Scale::Unit));
     assert_eq!((region.surface_type, region.point_count), (SurfaceType::Cylinder, 1500));
 }
 

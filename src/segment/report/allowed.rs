@@ -8,12 +8,11 @@ use crate::segment::judge::parabola::is_parabolic;
 /// Whether type, radii and axis are among those asked for, and no ellipse is longer than one can be told from a
 /// parabola: fits after the search can stretch it.
 ///
-/// `min_radius` and `max_radius` bind spheres, cylinders and each semi-axis; a plane and a cone have no
-/// radius. The axis binds cylinders, elliptic cylinders, cones and plane normals, whichever way they
+/// `min_radius` and `max_radius` bind spheres, cylinders, both radii of a torus and each semi-axis; a plane and a
+/// cone have no radius. The axis binds cylinders, elliptic cylinders, cones, tori and plane normals, whichever way they
 /// point; a sphere and an ellipsoid have none.
 pub fn may_be_reported(shape: &Shape, parameters: &Parameters) -> bool {
-    let Some(surface_type) = shape.family.surface_type() else { return false };
-    parameters.surfaces.contains(&surface_type)
+    parameters.surfaces.contains(&shape.family.surface_type())
         && !is_parabolic(shape)
         && radii(shape).iter().all(|&r| {
             parameters.min_radius.is_none_or(|min| r >= min)
@@ -25,7 +24,7 @@ pub fn may_be_reported(shape: &Shape, parameters: &Parameters) -> bool {
             .is_none_or(|(d, w)| angle_between(&w, &Vec3::from(d)) <= parameters.axis_tolerance)
 }
 
-/// The radius or semi-axes of a shape; none for planes and cones.
+/// The radii or semi-axes of a shape; none for planes and cones.
 fn radii(shape: &Shape) -> &[f64] {
     match shape.family {
         Family::Plane | Family::Cone => &[],
@@ -60,11 +59,14 @@ mod tests {
     }
 
     #[test]
-    fn only_the_types_asked_for_are_reported_and_a_torus_never() {
+    fn only_the_types_asked_for_are_reported() {
         let only = |t| move |p: &mut Parameters| p.surfaces = vec![t];
         assert!(reported(Family::Sphere, [1.0, 0.0, 0.0], only(SurfaceType::Sphere)));
         assert!(!reported(Family::Sphere, [1.0, 0.0, 0.0], only(SurfaceType::Ellipsoid)));
-        assert!(!reported(Family::Torus, [5.0, 1.0, 0.0], |_| ()));
+        assert!(reported(Family::Torus, [5.0, 1.0, 0.0], |_| ()));
+        let quadrics = SurfaceType::DEFAULT.into_iter().filter(|t| *t != SurfaceType::Torus);
+        let without = |p: &mut Parameters| p.surfaces = quadrics.clone().collect();
+        assert!(!reported(Family::Torus, [5.0, 1.0, 0.0], without));
     }
 
     #[test]

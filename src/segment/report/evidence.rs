@@ -18,7 +18,7 @@ pub const SAMPLE: usize = 400;
 pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> {
     // The surface's own normals are better than any estimated from neighbours.
     let normals: Vec<Vec3> = points.iter().map(|p| shape.offset(p).normal).collect();
-    let others = Family::ALL.into_iter().filter(|f| *f != shape.family && *f != Family::Torus);
+    let others = Family::ALL.into_iter().filter(|f| *f != shape.family);
     let families = Families {
         allowed: others.collect(),
         sigma,
@@ -35,7 +35,7 @@ pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> 
         .into_iter()
         .filter(|s| s.bic.is_finite())
         .min_by(|a, b| a.bic.total_cmp(&b.bic))?;
-    let runner_up = next.shape.family.surface_type()?;
+    let runner_up = next.shape.family.surface_type();
     Some(Evidence { runner_up, delta_bic: next.bic - own.bic })
 }
 
@@ -60,7 +60,7 @@ mod tests {
         let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::y(), [5.0, 0.0, 0.0]);
         for angle in [1.0, 3.0] {
             let found = evidence(&shape, &arc(angle), 0.01).unwrap();
-            let is_next = |f: &Family| f.surface_type() == Some(found.runner_up);
+            let is_next = |f: &Family| f.surface_type() == found.runner_up;
             let next = Family::ALL.into_iter().find(is_next).unwrap();
             assert!(next.dof() > shape.family.dof(), "{found:?}");
             // Each parameter more gains one on average.

@@ -3,7 +3,7 @@
 use crate::fit::Shape;
 use crate::geometry::Vec3;
 use crate::segment::Continuity;
-use crate::segment::equation::Equations;
+use crate::segment::equation::{Equations, origin_near};
 use crate::segment::found::Found;
 use crate::segment::report::constraints::Candidate;
 use crate::segment::report::evidence::evidence;
@@ -53,22 +53,23 @@ impl Known {
     }
 
     pub fn region(&self, id: usize, centre: &Vec3, joints: &[Joint]) -> Option<Region> {
-        let surface = self.shape.translated(centre).surface()?;
-        let equations = self.equations?;
+        let surface = self.shape.translated(centre).surface();
+        let equations = self.equations;
+        let extent = self.extent?;
         Some(Region {
             id,
             surface_type: surface.surface_type(),
             point_count: self.fit.used,
-            coefficients: equations.coefficients,
-            coefficients_scale: equations.coefficients_scale,
-            coefficients_error: equations.coefficients_error,
-            local_origin: equations.local_origin,
-            local_coefficients: equations.local_coefficients,
+            coefficients: equations.map(|e| e.coefficients),
+            coefficients_scale: equations.map(|e| e.coefficients_scale),
+            coefficients_error: equations.and_then(|e| e.coefficients_error),
+            local_origin: origin_near(&extent).into(),
+            local_coefficients: equations.map(|e| e.local_coefficients),
             surface: Some(surface),
             uncertainty: self.uncertainty.as_ref().map(Uncertainty::to_json),
             fit: self.fit,
             evidence: self.evidence,
-            extent: self.extent,
+            extent: Some(extent),
             neighbours: joints.iter().filter_map(|j| neighbour(j, id)).collect(),
         })
     }
@@ -77,7 +78,7 @@ impl Known {
 /// The equations of a shape relative to the cloud's centre. The one about an origin near the points comes from the
 /// shape itself: what the file's origin has cancelled is not to be had back.
 fn equations(shape: &Shape, members: &[u32], extent: &Extent, found: &Found) -> Option<Equations> {
-    let far = shape.translated(&found.centre).surface()?.quadric();
+    let far = shape.translated(&found.centre).surface().quadric()?;
     let local = |o: &Vec3| shape.translated(&(found.centre - o)).quadric().unwrap_or(far);
     let point = |k: usize| found.points[members[k] as usize] + found.centre;
     Some(Equations::of(&far, local, extent, members.len(), point))
@@ -107,6 +108,6 @@ pub struct Known {
     pub evidence: Option<Evidence>,
     /// Where the points lie.
     pub extent: Option<Extent>,
-    /// The surface's coefficients; none of a region without points.
+    /// The surface's coefficients; none of a torus and of a region without points.
     pub equations: Option<Equations>,
 }

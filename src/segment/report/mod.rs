@@ -16,19 +16,20 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::fit::Family;
-use crate::geometry::Vec3;
+use crate::fit::{Family, Shape};
+use crate::geometry::{SurfaceType, Vec3};
 use crate::segment::equation::Equations;
 use crate::segment::finish::others;
 use crate::segment::finish::others::{Other, asked_for};
 use crate::segment::found::Found;
+use crate::segment::judge::one_quadric::one_quadric;
 use crate::segment::partition::members;
 use crate::segment::prepare::place::place;
 use crate::segment::report::constraints::{Candidate, enforce, most_rms};
 use crate::segment::report::joints::{Scale, joints};
 use crate::segment::report::known::{Joint, Known};
 use crate::segment::report::reasons::{Reason, explain};
-use crate::segment::report::tally::{Scatter, extent_of, tallies};
+use crate::segment::report::tally::{Scatter, extent_of, sample, tallies};
 use crate::segment::{Cancelled, Monitor, Parameters, Region, Segmentation, Unassigned};
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
@@ -43,7 +44,8 @@ pub fn report(
     let points = &found.points;
     let density = points.len() as f64 / found.scene.len() as f64;
     let spacing = found.scene.spacing / density.sqrt();
-    let (candidates, mut free) = candidates(&found, asked_for(parameters));
+    let free_tori = asked_for(parameters) && !parameters.surfaces.contains(&SurfaceType::Torus);
+    let (candidates, mut free) = candidates(&found, free_tori);
     let resolved = resolved(parameters, &found);
     let most_rms = most_rms(parameters, found.rounding);
     let (kept, mut reasons) = enforce(points, candidates, &resolved, most_rms, monitor);
@@ -103,13 +105,14 @@ fn count_points(regions: &mut [Region], labels: &[i32]) {
     }
 }
 
-/// Surfaces with their points, and the points without one; those of tori are free too where other
-/// quadrics than the default ones may lie there.
+/// Surfaces with their points, and the points without one; those of tori are free too where these are not asked
+/// for and other quadrics than the default ones may lie there, and where one quadric explains them better.
 fn candidates(found: &Found, free_tori: bool) -> (Vec<Candidate>, Vec<u32>) {
     let groups = members(&found.labels, found.shapes.len());
     let (mut out, mut free) = (Vec::new(), Vec::new());
     for (&shape, members) in found.shapes.iter().zip(groups) {
-        if free_tori && shape.family == Family::Torus {
+        let is_torus = shape.family == Family::Torus;
+        if is_torus && (free_tori || is_other_quadric(&shape, &members, found)) {
             free.extend(members);
         } else {
             out.push(Candidate { shape, members, rejected: 0 });
@@ -118,6 +121,24 @@ fn candidates(found: &Found, free_tori: bool) -> (Vec<Candidate>, Vec<u32>) {
     free.extend((0..found.labels.len() as u32).filter(|&i| found.labels[i as usize] < 0));
     free.sort_unstable();
     (out, free)
+}
+
+/// Points of a torus that are worth asking whether another quadric explains them.
+const ASKED: usize = 2_000;
+
+/// Whether one quadric of any type explains a torus's points within the noise and saves more than its two
+/// parameters more cost: the waist of a hyperboloid is like the inner half of a torus.
+fn is_other_quadric(torus: &Shape, members: &[u32], found: &Found) -> bool {
+    let points = sample(&found.points, members, ASKED);
+    let Some(quadric) = one_quadric(&points, found.noise) else { return false };
+    let chi2 = |distance: &dyn Fn(&Vec3) -> f64| -> f64 {
+        let inverse = 1.0 / found.noise.powi(2);
+        points.iter().map(|p| (distance(p).powi(2) * inverse).min(16.0)).sum()
+    };
+    let saved = chi2(&|p| torus.distance(p)) - chi2(&|p| quadric.distance(p));
+    saved
+        > Family::Ellipsoid.description_length(points.len())
+            - torus.family.description_length(points.len())
 }
 
 /// The region of a quadric that has no engineering parameters here.
@@ -133,11 +154,11 @@ fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
         id,
         surface_type: other.surface_type,
         point_count: points.len(),
-        coefficients: equations.coefficients,
-        coefficients_scale: equations.coefficients_scale,
+        coefficients: Some(equations.coefficients),
+        coefficients_scale: Some(equations.coefficients_scale),
         coefficients_error: equations.coefficients_error,
         local_origin: equations.local_origin,
-        local_coefficients: equations.local_coefficients,
+        local_coefficients: Some(equations.local_coefficients),
         surface: None,
         uncertainty: None,
         fit: scatter.fit(points.len(), 0),

@@ -80,7 +80,8 @@ impl Motion {
                     out.extend((self.directions[i] * sign).iter());
                 }
             }
-            Family::Plane | Family::Torus => {}
+            Family::Torus => out.extend(&self.size[..2]),
+            Family::Plane => {}
         }
         DVector::from_vec(out)
     }

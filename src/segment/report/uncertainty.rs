@@ -33,7 +33,7 @@ pub struct Uncertainty {
 
 impl Uncertainty {
     /// That of `shape` fitted to points with noise `sigma`, of which each of `points` stands for `share` like
-    /// it; none for the torus, and none for fewer points than degrees of freedom.
+    /// it; none for fewer points than degrees of freedom.
     ///
     /// `shape` should have its origin beside the centroid of `points` (see [`Shape::recentred`]).
     pub fn of(shape: &Shape, points: &[Vec3], share: f64, sigma: f64) -> Option<Self> {
@@ -41,7 +41,7 @@ impl Uncertainty {
             return None;
         }
         let of_freedoms = Spread::of(shape, points).covariance(sigma, share);
-        let names = names(shape.family)?;
+        let names = names(shape.family);
         let columns: Vec<_> = motions(shape).iter().map(|m| m.parameters(shape)).collect();
         let change = DMatrix::from_columns(&columns);
         let covariance = &change * &of_freedoms * change.transpose();
@@ -101,6 +101,8 @@ impl Uncertainty {
             "radius" | "semi_axes" | "half_angle" => {
                 deviations.iter().zip(sizes(shape)).all(|(d, size)| *d < size * IDENTIFIABLE)
             }
+            "major_radius" => deviations[0] < shape.size[0] * IDENTIFIABLE,
+            "minor_radius" => deviations[0] < shape.size[1] * IDENTIFIABLE,
             _ => true,
         };
         self.places()
@@ -115,8 +117,8 @@ fn is_direction(name: &str) -> bool {
 }
 
 /// The parameters of a family's surface in the order of its fields, with their number of components.
-fn names(family: Family) -> Option<Vec<(&'static str, usize)>> {
-    Some(match family {
+fn names(family: Family) -> Vec<(&'static str, usize)> {
+    match family {
         Family::Plane => vec![("point", 3), ("normal", 3)],
         Family::Sphere => vec![("center", 3), ("radius", 1)],
         Family::Cylinder => vec![("axis_point", 3), ("axis_direction", 3), ("radius", 1)],
@@ -128,8 +130,10 @@ fn names(family: Family) -> Option<Vec<(&'static str, usize)>> {
             ("semi_axis_directions", 6),
         ],
         Family::Ellipsoid => vec![("center", 3), ("semi_axes", 3), ("semi_axis_directions", 9)],
-        Family::Torus => return None,
-    })
+        Family::Torus => {
+            vec![("center", 3), ("axis_direction", 3), ("major_radius", 1), ("minor_radius", 1)]
+        }
+    }
 }
 
 /// Radius, semi-axes (the larger first) or half angle.

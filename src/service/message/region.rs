@@ -20,11 +20,11 @@ impl From<&Region> for v1::Region {
             id: count(region.id),
             r#type: v1::SurfaceType::from(region.surface_type).into(),
             point_count: count(region.point_count),
-            coefficients: region.coefficients.into(),
-            coefficients_scale: v1::CoefficientsScale::from(region.coefficients_scale).into(),
+            coefficients: list(region.coefficients),
+            coefficients_scale: scale(region.coefficients_scale).into(),
             coefficients_error: region.coefficients_error,
             local_origin: vector(&region.local_origin.into()),
-            local_coefficients: region.local_coefficients.into(),
+            local_coefficients: list(region.local_coefficients),
             surface: region.surface.as_ref().map(Into::into),
             uncertainty: region.uncertainty.as_ref().map(deviations).unwrap_or_default(),
             fit: Some((&region.fit).into()),
@@ -35,12 +35,16 @@ impl From<&Region> for v1::Region {
     }
 }
 
-impl From<Scale> for v1::CoefficientsScale {
-    fn from(scale: Scale) -> Self {
-        match scale {
-            Scale::A10 => Self::A10,
-            Scale::Unit => Self::Unit,
-        }
+/// An empty list where there are no coefficients.
+fn list(coefficients: Option<[f64; 10]>) -> Vec<f64> {
+    coefficients.map(Vec::from).unwrap_or_default()
+}
+
+fn scale(scale: Option<Scale>) -> v1::CoefficientsScale {
+    match scale {
+        None => v1::CoefficientsScale::Unspecified,
+        Some(Scale::A10) => v1::CoefficientsScale::A10,
+        Some(Scale::Unit) => v1::CoefficientsScale::Unit,
     }
 }
 
@@ -73,6 +77,12 @@ impl From<&Surface> for v1::region::Surface {
                 center: vector(&s.center),
                 semi_axes: s.semi_axes.into(),
                 semi_axis_directions: vectors(&s.semi_axis_directions),
+            }),
+            Surface::Torus(s) => Self::Torus(v1::Torus {
+                center: vector(&s.center),
+                axis_direction: vector(&s.axis_direction),
+                major_radius: s.major_radius,
+                minor_radius: s.minor_radius,
             }),
         }
     }
