@@ -31,7 +31,9 @@ pub use error::FormatError;
 pub use format::Format;
 pub use hints::{Columns, Hints};
 pub use read::read;
-pub use write::{RegionRow, region_color, write_labelled_ply, write_labels_npy, write_regions_csv};
+pub use write::{
+    DIMENSIONS, RegionRow, region_color, write_labelled_ply, write_labels_npy, write_regions_csv,
+};
 
 #[cfg(test)]
 mod hostile;

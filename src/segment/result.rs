@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::Parameters;
+use super::{Dimensions, Parameters};
 use crate::geometry::{Scale, Surface, SurfaceType};
 
 /// What a segmentation found.
@@ -52,6 +52,9 @@ pub struct Region {
     /// The surface in engineering terms; absent for the quadrics that have none here.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,
+    /// Ends, lengths, diameters and outlines.
+    #[serde(flatten)]
+    pub dimensions: Dimensions,
     /// How exactly the surface's parameters are known; absent where that is not known. In the form of
     /// [`Uncertainty`].
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -111,6 +114,21 @@ pub struct Uncertainty {
     /// Of each semi-axis' direction, in radians.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub semi_axis_directions: Option<Vec<f64>>,
+    /// Of the ends, along the axis or a torus' tube.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ends: Option<[f64; 2]>,
+    /// Of the length between the ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// Of a torus' arc, in radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arc_angle: Option<f64>,
+    /// Of a diameter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter: Option<f64>,
+    /// Of each diameter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameters: Option<Vec<f64>>,
     /// The parameters whose components are the rows of `covariance`, in their order; each has the
     /// components it has in the surface, directions x, y and z.
     pub covariance_of: Vec<String>,

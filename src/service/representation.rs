@@ -4,7 +4,10 @@ use prost::Message;
 use rayon::prelude::*;
 
 use super::{Answer, Document, ErrorKind, ServiceError, message::v1};
-use crate::formats::{RegionRow, write_labelled_ply, write_labels_npy, write_regions_csv};
+use crate::formats::{
+    DIMENSIONS, RegionRow, write_labelled_ply, write_labels_npy, write_regions_csv,
+};
+use crate::segment::Region;
 
 /// A form in which a result can be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,8 +85,10 @@ impl Representation {
                  `position_x` to `position_z` (a point of the plane or axis, the centre or the apex), \
                  `direction_x` to `direction_z` (normal or axis), `radius`, `half_angle`, semi-axes and \
                  their directions, `a1` to `a10`, `coefficients_error`, `local_origin_x` to \
-                 `local_origin_z`, `local_a1` to `local_a10`, `major_radius`, `minor_radius` (of a torus); empty where a \
-                 surface has none"
+                 `local_origin_z`, `local_a1` to `local_a10`, `major_radius`, `minor_radius` (of a torus), and its dimensions, angles in degrees, `_sd` = standard \
+                 deviation: `end_1_x` to `end_2_z`, `length`, `length_sd`, `diameter`, `diameter_sd`, `end_radius_1`, \
+                 `end_radius_2`, `full_angle_deg`, `swept_angle_deg`, `arc_angle_deg`, `arc_angle_sd_deg`, `side`, \
+                 `share_seen`, `area`, `size_1`, `size_2`; empty where a surface has none"
             }
         }
     }
@@ -133,7 +138,7 @@ fn json(mut document: Document) -> Result<Vec<u8>, ServiceError> {
 }
 
 fn rows(document: &Document) -> Vec<RegionRow> {
-    let row = |region: &crate::segment::Region| RegionRow {
+    let row = |region: &Region| RegionRow {
         id: region.id,
         surface_type: region.surface_type,
         point_count: region.point_count,
@@ -144,8 +149,34 @@ fn rows(document: &Document) -> Vec<RegionRow> {
         local_origin: region.local_origin,
         local_coefficients: region.local_coefficients,
         surface: region.surface,
+        dimensions: dimensions(region),
     };
     document.regions.iter().map(row).collect()
+}
+
+/// The cells of [`DIMENSIONS`], in its order.
+fn dimensions(region: &Region) -> [String; DIMENSIONS.len()] {
+    let d = &region.dimensions;
+    let deviation = |name: &str| region.uncertainty.as_ref()?.get(name)?.as_f64();
+    let ends = |k: usize| d.ends.map(|ends| ends[k / 3][k % 3]);
+    let degrees = |angle: Option<f64>| angle.map(f64::to_degrees);
+    let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+    let before = [0, 1, 2, 3, 4, 5].map(ends).into_iter().chain([
+        d.length,
+        deviation("length"),
+        d.diameter,
+        deviation("diameter"),
+        d.end_radii.map(|r| r[0]),
+        d.end_radii.map(|r| r[1]),
+        degrees(d.full_angle),
+        degrees(d.swept_angle),
+        degrees(d.arc_angle),
+        degrees(deviation("arc_angle")),
+    ]);
+    let side = d.side.map(|side| side.name().to_owned()).unwrap_or_default();
+    let after = [d.share_seen, d.area, d.size.map(|s| s[0]), d.size.map(|s| s[1])];
+    let mut cells = before.map(number).chain([side]).chain(after.map(number));
+    std::array::from_fn(|_| cells.next().unwrap_or_default())
 }
 
 fn unwritten(error: &dyn std::fmt::Display) -> ServiceError {

@@ -18,6 +18,7 @@ mod circles;
 mod coefficients;
 mod contract;
 mod deploy;
+mod dimensions;
 mod jobs;
 mod joints;
 mod parameters;

@@ -6,4 +6,4 @@ mod table;
 
 pub use npy::write_labels_npy;
 pub use ply::{region_color, write_labelled_ply};
-pub use table::{RegionRow, write_regions_csv};
+pub use table::{DIMENSIONS, RegionRow, write_regions_csv};

@@ -3,7 +3,7 @@ use std::io::{self, Write};
 use crate::geometry::{Surface, SurfaceType, Vec3};
 
 /// One region of a result, as a table shows it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RegionRow {
     /// The label of its points.
     pub id: usize,
@@ -25,7 +25,34 @@ pub struct RegionRow {
     pub local_coefficients: Option<[f64; 10]>,
     /// The surface in engineering terms, where it has any.
     pub surface: Option<Surface>,
+    /// The cells from `end_1_x` on, in the order of [`DIMENSIONS`]; empty text where there is none.
+    pub dimensions: [String; DIMENSIONS.len()],
 }
+
+/// The columns of a region's dimensions: lengths in the input's unit, angles in degrees, `_sd` = standard deviation.
+pub const DIMENSIONS: [&str; 21] = [
+    "end_1_x",
+    "end_1_y",
+    "end_1_z",
+    "end_2_x",
+    "end_2_y",
+    "end_2_z",
+    "length",
+    "length_sd",
+    "diameter",
+    "diameter_sd",
+    "end_radius_1",
+    "end_radius_2",
+    "full_angle_deg",
+    "swept_angle_deg",
+    "arc_angle_deg",
+    "arc_angle_sd_deg",
+    "side",
+    "share_seen",
+    "area",
+    "size_1",
+    "size_2",
+];
 
 const COLUMNS: &str = "id,type,point_count,rms,max,position_x,position_y,position_z,\
     direction_x,direction_y,direction_z,radius,half_angle,semi_axis_1,semi_axis_2,semi_axis_3,\
@@ -43,7 +70,7 @@ const COLUMNS: &str = "id,type,point_count,rms,max,position_x,position_y,positio
 /// # Errors
 /// `out` fails.
 pub fn write_regions_csv(out: &mut impl Write, rows: &[RegionRow]) -> io::Result<()> {
-    writeln!(out, "{COLUMNS}")?;
+    writeln!(out, "{COLUMNS},{}", DIMENSIONS.join(","))?;
     for row in rows {
         let name = row.surface_type.name();
         write!(out, "{},{name},{},{},{}", row.id, row.point_count, row.rms, row.max)?;
@@ -65,6 +92,9 @@ pub fn write_regions_csv(out: &mut impl Write, rows: &[RegionRow]) -> io::Result
                 Some(value) => write!(out, ",{value}")?,
                 None => write!(out, ",")?,
             }
+        }
+        for cell in &row.dimensions {
+            write!(out, ",{cell}")?;
         }
         writeln!(out)?;
     }
@@ -128,6 +158,7 @@ mod tests {
             local_origin: [500_000.1, 0.0, -2.0],
             local_coefficients: Some([0.25; 10]),
             surface,
+            dimensions: std::array::from_fn(|k| format!("d{k}")),
         };
         let mut bytes = Vec::new();
         write_regions_csv(&mut bytes, &[row]).unwrap();
@@ -154,6 +185,7 @@ mod tests {
         let cells =
             ["coefficients_error", "local_origin_x", "local_origin_z", "local_a1", "local_a10"];
         assert_eq!(cells.map(|c| cell(&t, c)), ["", "500000.1", "-2", "0.25", "0.25"]);
+        assert_eq!(["end_1_x", "length", "size_2"].map(|c| cell(&t, c)), ["d0", "d6", "d20"]);
         let elliptic = EllipticCylinder {
             axis_point: Vec3::zeros(),
             axis_direction: Vec3::z(),

@@ -1,7 +1,9 @@
 use super::{found::Found, surface::FittedSurface};
 use crate::geometry::{Frame, Quadric, Recovered, Tolerance, Vec3, recover_local};
 use crate::segment::equation::Equations;
-use crate::segment::{Extent, Fit, Monitor, Parameters, Region, Segmentation, Unassigned};
+use crate::segment::{
+    Dimensions, Extent, Fit, Monitor, Parameters, Region, Segmentation, Unassigned,
+};
 
 /// Writes down what was found. Regions whose final surface is imaginary, or two crossing planes, are
 /// dropped.
@@ -53,6 +55,7 @@ fn describe(surface: &FittedSurface, points: &[Vec3]) -> Option<Region> {
         local_origin: equations.local_origin,
         local_coefficients: Some(equations.local_coefficients),
         surface: parameters,
+        dimensions: Dimensions::default(),
         uncertainty: None,
         fit: fit(&local, &frame, points),
         evidence: None,

@@ -1,8 +1,11 @@
 //! A region in the contract's terms.
 
+use serde_json::Value;
+
 use crate::fit::Shape;
 use crate::geometry::Vec3;
 use crate::segment::Continuity;
+use crate::segment::dimensions::Dimensions;
 use crate::segment::equation::{Equations, origin_near};
 use crate::segment::found::Found;
 use crate::segment::report::constraints::Candidate;
@@ -11,6 +14,15 @@ use crate::segment::report::tally::{Tally, sample};
 use crate::segment::report::uncertainty::Uncertainty;
 use crate::segment::report::{evidence, uncertainty};
 use crate::segment::{Evidence, Extent, Fit, Neighbour, Region};
+
+/// A region's dimensions, and their standard deviations by name.
+#[derive(Default)]
+pub struct Told {
+    /// The dimensions.
+    pub dimensions: Dimensions,
+    /// What adds to the region's uncertainty.
+    pub deviations: Vec<(&'static str, Value)>,
+}
 
 /// Two regions that touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +64,11 @@ impl Known {
         })
     }
 
-    pub fn region(&self, id: usize, centre: &Vec3, joints: &[Joint]) -> Option<Region> {
+    pub fn region(&self, id: usize, centre: &Vec3, joints: &[Joint], told: Told) -> Option<Region> {
+        let mut uncertainty = self.uncertainty.as_ref().map(Uncertainty::to_json);
+        if let Some(Value::Object(all)) = &mut uncertainty {
+            all.extend(told.deviations.into_iter().map(|(name, value)| (name.to_owned(), value)));
+        }
         let surface = self.shape.translated(centre).surface();
         let equations = self.equations;
         let extent = self.extent?;
@@ -66,7 +82,8 @@ impl Known {
             local_origin: origin_near(&extent).into(),
             local_coefficients: equations.map(|e| e.local_coefficients),
             surface: Some(surface),
-            uncertainty: self.uncertainty.as_ref().map(Uncertainty::to_json),
+            dimensions: told.dimensions,
+            uncertainty,
             fit: self.fit,
             evidence: self.evidence,
             extent: Some(extent),

@@ -2,6 +2,7 @@
 
 pub mod allowed;
 pub mod constraints;
+pub mod dimensions;
 pub mod evidence;
 pub mod joints;
 pub mod known;
@@ -27,10 +28,12 @@ use crate::segment::partition::members;
 use crate::segment::prepare::place::place;
 use crate::segment::report::constraints::{Candidate, enforce, most_rms};
 use crate::segment::report::joints::{Scale, joints};
-use crate::segment::report::known::{Joint, Known};
+use crate::segment::report::known::Known;
 use crate::segment::report::reasons::{Reason, explain};
 use crate::segment::report::tally::{Scatter, extent_of, sample, tallies};
-use crate::segment::{Cancelled, Monitor, Parameters, Region, Segmentation, Unassigned};
+use crate::segment::{
+    Cancelled, Dimensions, Monitor, Parameters, Region, Segmentation, Unassigned,
+};
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
 ///
@@ -71,9 +74,17 @@ pub fn report(
     let known: Vec<Known> =
         kept.par_iter().zip(&tallies).filter_map(|(c, t)| Known::of(c, t, &found)).collect();
     monitor.check()?;
-    let joints = touching(&known, &labels, &found, density);
+    let (m, n) = (found.scene.len(), labels.len());
+    let of_scene: Vec<i32> = (0..m).map(|k| labels[place(k, m, n)]).collect();
+    let joints = joints(&found.scene, &of_scene, &known, &Scale { sigma: found.noise, density });
     monitor.check()?;
-    let first = known.iter().enumerate().filter_map(|(id, k)| k.region(id, &found.centre, &joints));
+    let told = dimensions::all(&known, &kept, &joints, &of_scene, &found, density);
+    monitor.check()?;
+    let first = known
+        .iter()
+        .zip(told)
+        .enumerate()
+        .filter_map(|(id, (k, told))| k.region(id, &found.centre, &joints, told));
     let further =
         others.iter().enumerate().filter_map(|(k, o)| of_other_type(known.len() + k, o, &found));
     let mut regions: Vec<Region> = first.chain(further).collect();
@@ -160,6 +171,7 @@ fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
         local_origin: equations.local_origin,
         local_coefficients: Some(equations.local_coefficients),
         surface: None,
+        dimensions: Dimensions::default(),
         uncertainty: None,
         fit: scatter.fit(points.len(), 0),
         evidence: None,
@@ -194,10 +206,4 @@ fn resolved(parameters: &Parameters, found: &Found) -> Parameters {
         tolerance: Some(parameters.tolerance.unwrap_or(found.reach)),
         ..parameters.clone()
     }
-}
-
-fn touching(known: &[Known], labels: &[i32], found: &Found, density: f64) -> Vec<Joint> {
-    let (m, n) = (found.scene.len(), labels.len());
-    let of_scene: Vec<i32> = (0..m).map(|k| labels[place(k, m, n)]).collect();
-    joints(&found.scene, &of_scene, known, &Scale { sigma: found.noise, density })
 }

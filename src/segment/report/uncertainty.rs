@@ -76,6 +76,12 @@ impl Uncertainty {
         Value::Object(out)
     }
 
+    /// Standard deviations of the parameter of that name, where the surface has it: see [`Uncertainty::to_json`].
+    pub fn deviations_of(&self, name: &str) -> Option<Vec<f64>> {
+        let (name, at, width) = self.places().find(|p| p.0 == name)?;
+        Some(self.deviations(name, at, width))
+    }
+
     /// Standard deviations of the components of a parameter; of a direction one, its angle's.
     fn deviations(&self, name: &str, at: usize, width: usize) -> Vec<f64> {
         let one = |k: usize| self.covariance[(k, k)].max(0.0).sqrt();

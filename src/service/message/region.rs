@@ -3,7 +3,7 @@ use serde_json::Value;
 use super::{count, v1};
 use crate::{
     geometry::{Scale, Surface, Vec3},
-    segment::{Continuity, Evidence, Extent, Fit, Neighbour, Region},
+    segment::{Continuity, Dimensions, Evidence, Extent, Fit, Neighbour, Region, Side},
 };
 
 fn vector(v: &Vec3) -> Option<v1::Vector> {
@@ -16,6 +16,7 @@ fn vectors(directions: &[Vec3]) -> Vec<v1::Vector> {
 
 impl From<&Region> for v1::Region {
     fn from(region: &Region) -> Self {
+        let dimensions = &region.dimensions;
         Self {
             id: count(region.id),
             r#type: v1::SurfaceType::from(region.surface_type).into(),
@@ -31,6 +32,43 @@ impl From<&Region> for v1::Region {
             evidence: region.evidence.as_ref().map(Into::into),
             extent: region.extent.as_ref().map(Into::into),
             neighbours: region.neighbours.iter().map(Into::into).collect(),
+            ends: places(dimensions.ends.as_ref().map_or(&[], |ends| ends)),
+            bounded_by: dimensions.bounded_by.map(|[first, second]| v1::Bounds {
+                first: first.map(count),
+                second: second.map(count),
+            }),
+            length: dimensions.length,
+            diameter: dimensions.diameter,
+            diameters: dimensions.diameters.clone().unwrap_or_default(),
+            end_radii: dimensions.end_radii.map(Vec::from).unwrap_or_default(),
+            full_angle: dimensions.full_angle,
+            swept_angle: dimensions.swept_angle,
+            arc_angle: dimensions.arc_angle,
+            side: dimensions.side.map_or(v1::Side::Unspecified, Into::into).into(),
+            share_seen: dimensions.share_seen,
+            outline: polygons(dimensions),
+            area: dimensions.area,
+            size: dimensions.size.map(Vec::from).unwrap_or_default(),
+            size_directions: places(dimensions.size_directions.as_ref().map_or(&[], |both| both)),
+        }
+    }
+}
+
+fn places(all: &[[f64; 3]]) -> Vec<v1::Vector> {
+    all.iter().map(|&[x, y, z]| v1::Vector { x, y, z }).collect()
+}
+
+fn polygons(dimensions: &Dimensions) -> Vec<v1::Polygon> {
+    let all = dimensions.outline.iter().flatten();
+    all.map(|corners| v1::Polygon { corners: places(corners) }).collect()
+}
+
+impl From<Side> for v1::Side {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Hole => Self::Hole,
+            Side::Boss => Self::Boss,
+            Side::Unknown => Self::Unknown,
         }
     }
 }
