@@ -38,9 +38,13 @@ fn endings() -> String {
 /// # Errors
 /// It has no ending, or one of no form.
 pub fn form(path: &Path) -> Result<Representation, OutputError> {
-    let ending = path.extension().and_then(|ending| ending.to_str());
-    ending
-        .and_then(Representation::from_extension)
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    // something must stand before the dot
+    let dots = name.char_indices().skip(1).filter(|(_, c)| *c == '.');
+    let mut endings = dots.map(|(at, _)| &name[at + 1..]);
+    // the longest comes first: one form may end as another does
+    endings
+        .find_map(Representation::from_extension)
         .ok_or_else(|| OutputError::Ending(path.to_owned()))
 }
 

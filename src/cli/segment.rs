@@ -20,7 +20,7 @@ use super::{
     settings::number_above_zero,
 };
 use crate::{
-    formats::{Format, Limits},
+    formats::{Fields, Format, Limits},
     jobs::Control,
     segment::{ParameterKind, ParameterSpec},
     service::{Answer, Representation, Request, compute, specs},
@@ -133,7 +133,10 @@ pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
     // what cannot be written is told before the work is done
     let output = output.map(|path| Output::new(path, &args.cloud)).transpose()?;
     let bytes = read(&args.cloud)?;
-    let answer = segment(&bytes, &request, args.max_points)?;
+    let mut answer = segment(&bytes, &request, args.max_points)?;
+    if form.has_points() {
+        answer.fields = Fields::of(&bytes);
+    }
     let mut result = form.render(answer, request.labels)?;
     if form == Representation::Json {
         result.push(b'\n');

@@ -437,6 +437,44 @@ impl Shape {
     }
 }
 
+impl From<&Surface> for Shape {
+    /// A cone has its origin at the apex.
+    fn from(surface: &Surface) -> Self {
+        let framed = |family, origin, frame: [Vec3; 3], size| Self {
+            family,
+            origin,
+            frame: Mat3::from_columns(&frame),
+            size,
+        };
+        match surface {
+            Surface::Plane(s) => Self::with_axis(Family::Plane, s.point, s.normal, [0.0; 3]),
+            Surface::Sphere(s) => {
+                Self::with_axis(Family::Sphere, s.center, Vec3::z(), [s.radius, 0.0, 0.0])
+            }
+            Surface::Cylinder(s) => {
+                let size = [s.radius, 0.0, 0.0];
+                Self::with_axis(Family::Cylinder, s.axis_point, s.axis_direction, size)
+            }
+            Surface::Cone(s) => {
+                let size = [0.0, s.half_angle, 0.0];
+                Self::with_axis(Family::Cone, s.apex, s.axis_direction, size)
+            }
+            Surface::EllipticCylinder(s) => {
+                let ([a, b], [u, v]) = (s.semi_axes, s.semi_axis_directions);
+                let frame = [u, v, s.axis_direction];
+                framed(Family::EllipticCylinder, s.axis_point, frame, [a, b, 0.0])
+            }
+            Surface::Ellipsoid(s) => {
+                framed(Family::Ellipsoid, s.center, s.semi_axis_directions, s.semi_axes)
+            }
+            Surface::Torus(s) => {
+                let size = [s.major_radius, s.minor_radius, 0.0];
+                Self::with_axis(Family::Torus, s.center, s.axis_direction, size)
+            }
+        }
+    }
+}
+
 /// Gram-Schmidt on the columns, so that rounding does not add up over many steps.
 fn orthonormal(m: &Mat3) -> Mat3 {
     let w = m.column(2).normalize();
@@ -492,6 +530,18 @@ mod tests {
                 assert!((d - own).abs() < 0.02 * (1.0 + own), "{:?} {d} {own}", s.family);
                 let d = s.quadric().unwrap().distance(&x);
                 assert!((d - own).abs() < 0.02 * (1.0 + own), "{:?} {d} {own}", s.family);
+            }
+        }
+    }
+
+    #[test]
+    fn a_shape_is_the_same_from_its_engineering_terms() {
+        for s in shapes() {
+            let back = Shape::from(&s.surface());
+            for k in 0..20 {
+                let t = k as f64 * 0.7;
+                let x = s.origin + s.frame * Vec3::new(7.0 * t.cos(), 7.0 * t.sin(), 1.0 + 0.1 * t);
+                assert!((s.distance(&x) - back.distance(&x)).abs() < 1e-9, "{:?}", s.family);
             }
         }
     }

@@ -30,9 +30,11 @@ pub use bounds::{Bounds, Limits, Watched};
 pub use error::FormatError;
 pub use format::Format;
 pub use hints::{Columns, Hints};
+pub use ply::Fields;
 pub use read::read;
 pub use write::{
-    DIMENSIONS, RegionRow, region_color, write_labelled_ply, write_labels_npy, write_regions_csv,
+    DIMENSIONS, Labelled, RegionRow, region_color, write_deviations_npy, write_labelled_ply,
+    write_labels_npy, write_points_csv, write_regions_csv,
 };
 
 #[cfg(test)]

@@ -61,6 +61,38 @@ impl Scalar {
         }
     }
 
+    /// Its name in a PLY header.
+    pub(super) fn ply_name(self) -> &'static str {
+        match self {
+            Self::I8 => "char",
+            Self::U8 => "uchar",
+            Self::I16 => "short",
+            Self::U16 => "ushort",
+            Self::I32 => "int",
+            Self::U32 => "uint",
+            Self::I64 => "int64",
+            Self::U64 => "uint64",
+            Self::F32 => "float",
+            Self::F64 => "double",
+        }
+    }
+
+    /// Writes a number, little-endian, the nearest of those that it can be.
+    pub(super) fn write(self, value: f64, out: &mut Vec<u8>) {
+        match self {
+            Self::I8 => out.extend((value as i8).to_le_bytes()),
+            Self::U8 => out.push(value as u8),
+            Self::I16 => out.extend((value as i16).to_le_bytes()),
+            Self::U16 => out.extend((value as u16).to_le_bytes()),
+            Self::I32 => out.extend((value as i32).to_le_bytes()),
+            Self::U32 => out.extend((value as u32).to_le_bytes()),
+            Self::I64 => out.extend((value as i64).to_le_bytes()),
+            Self::U64 => out.extend((value as u64).to_le_bytes()),
+            Self::F32 => out.extend((value as f32).to_le_bytes()),
+            Self::F64 => out.extend(value.to_le_bytes()),
+        }
+    }
+
     /// The number at the start of `bytes`; `None` where they are too few.
     pub(super) fn read(self, endian: Endian, bytes: &[u8]) -> Option<f64> {
         with_converter!(self, endian, |convert| first(bytes, convert))

@@ -29,7 +29,7 @@ impl Segmentations {
         request: service::Request,
     ) -> Result<Response<v1::Segmentation>, Status> {
         let tell = |answer: service::Answer, labels| Ok(answer.document.shown(labels).into());
-        Ok(Response::new(self.service.segment(upload, request, tell).await?))
+        Ok(Response::new(self.service.segment(upload, request, false, tell).await?))
     }
 }
 

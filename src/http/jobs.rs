@@ -156,7 +156,7 @@ pub async fn result(
             return Ok(answered(form, held.carried_by(kept)));
         }
     }
-    let with_cloud = form == Representation::Ply;
+    let with_cloud = form.has_points();
     let write = move |answer, labels| form.render(answer, asked.unwrap_or(labels));
     let bytes = app.service.job_result(&caller, &id, &held, with_cloud, write).await?;
     Ok(answered(form, carried(bytes, &held)))

@@ -53,7 +53,7 @@ pub async fn create(
     }
     let held = upload.held().clone();
     let write = move |answer, labels| form.render(answer, labels);
-    let bytes = app.service.segment(upload, request, write).await?;
+    let bytes = app.service.segment(upload, request, form.has_points(), write).await?;
     Ok(answered(form, carried(bytes, &held)))
 }
 

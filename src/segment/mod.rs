@@ -13,6 +13,7 @@
 //! - `discover`: the passes that lead from points to a partition;
 //! - `finish` and `report`: the last fits, and regions in the contract's terms with their uncertainty.
 
+mod deviation;
 mod dimensions;
 mod discover;
 mod distance;
@@ -40,6 +41,7 @@ mod result;
 mod sample;
 mod union;
 
+pub use deviation::deviations;
 pub use dimensions::{Dimensions, Side};
 pub use monitor::{Cancelled, Monitor, Silent, Stage};
 pub use parameters::{

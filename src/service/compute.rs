@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 
 use super::{Document, Input, Request, ServiceError, Timing, UnassignedPoints};
 use crate::{
-    formats::{self, Format, Hints, Limits, Watched},
+    formats::{self, Fields, Format, Hints, Limits, Watched},
     geometry::PointCloud,
     jobs::{Control, trace},
     segment::{Segmentation, segment},
@@ -17,6 +17,8 @@ pub struct Answer {
     pub document: Document,
     /// The points.
     pub cloud: Arc<PointCloud>,
+    /// The file's own columns, where the form of the result has room for them.
+    pub fields: Fields,
 }
 
 /// Reads the cloud in `bytes` and segments it: the one way from input to result.
@@ -67,7 +69,8 @@ pub fn compute(
         format: format.map(Format::name).unwrap_or_default().to_owned(),
         skipped: cloud.skipped(),
     };
-    Ok(Answer { document: document(&cloud, found, input, timing), cloud: Arc::new(cloud) })
+    let document = document(&cloud, found, input, timing);
+    Ok(Answer { document, cloud: Arc::new(cloud), fields: Fields::default() })
 }
 
 /// An error of reading, which says so where the bytes look like another format than the one that was named.

@@ -11,7 +11,7 @@ use super::{
     announced::Announced, compute, sha256,
 };
 use crate::{
-    formats::{self, Format, Limits},
+    formats::{self, Fields, Format, Limits},
     jobs::{
         BytesHeld, Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError,
         Runner, StoreError, Submission,
@@ -166,9 +166,12 @@ impl Service {
         let limits = self.limits();
         let write = move || {
             let document: Document = serde_json::from_slice(&result)?;
-            let cloud = input.map(|bytes| formats::read(&bytes, request.hints(), &limits));
-            let cloud = cloud.transpose()?.unwrap_or_default();
-            tell(Answer { document, cloud: Arc::new(cloud) }, request.labels)
+            let read = |bytes: &[u8]| formats::read(bytes, request.hints(), &limits);
+            let (cloud, fields) = match &input {
+                Some(bytes) => (read(bytes)?, Fields::of(bytes)),
+                None => Default::default(),
+            };
+            tell(Answer { document, cloud: Arc::new(cloud), fields }, request.labels)
         };
         let written = tokio::task::spawn_blocking(write).await;
         written.map_err(|_| ServiceError::from(PoolError::Closed))?

@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use super::{Answer, Document, ErrorKind, ServiceError, message::v1};
 use crate::formats::{
-    DIMENSIONS, RegionRow, write_labelled_ply, write_labels_npy, write_regions_csv,
+    DIMENSIONS, Labelled, RegionRow, write_deviations_npy, write_labelled_ply, write_labels_npy,
+    write_points_csv, write_regions_csv,
 };
-use crate::segment::Region;
+use crate::segment::{Region, deviations};
 
 /// A form in which a result can be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,11 +23,28 @@ pub enum Representation {
     Ply,
     /// One line a region.
     Csv,
+    /// The points' deviations as a NumPy array of float64.
+    Deviations,
+    /// One line a point.
+    Points,
 }
 
 impl Representation {
     /// Every form, the default first.
-    pub const ALL: &[Self] = &[Self::Json, Self::Protobuf, Self::Npy, Self::Ply, Self::Csv];
+    pub const ALL: &[Self] = &[
+        Self::Json,
+        Self::Protobuf,
+        Self::Npy,
+        Self::Ply,
+        Self::Csv,
+        Self::Deviations,
+        Self::Points,
+    ];
+
+    /// Whether it tells of the points themselves, for which the cloud is needed.
+    pub fn has_points(self) -> bool {
+        matches!(self, Self::Ply | Self::Deviations | Self::Points)
+    }
 
     /// The media type it is sent under.
     pub fn media_type(self) -> &'static str {
@@ -45,6 +63,8 @@ impl Representation {
             Self::Npy => &["application/x-npy"],
             Self::Ply => &["model/ply", "application/x-ply"],
             Self::Csv => &["text/csv"],
+            Self::Deviations => &["application/vnd.conicoid.deviations+npy"],
+            Self::Points => &["application/vnd.conicoid.points+csv"],
         }
     }
 
@@ -56,6 +76,8 @@ impl Representation {
             Self::Npy => "npy",
             Self::Ply => "ply",
             Self::Csv => "csv",
+            Self::Deviations => "deviations.npy",
+            Self::Points => "points.csv",
         }
     }
 
@@ -78,7 +100,18 @@ impl Representation {
             Self::Ply => {
                 "The points in input order as binary little-endian PLY: `x`, `y`, `z` (double, NaN for \
                  points left out), `red`, `green`, `blue` (uchar, the region's colour), `label` (int, \
-                 -1 = unassigned)"
+                 -1 = unassigned), `deviation` (double, the signed distance from the own surface, positive \
+                 outside, on a plane on the side of its normal; NaN for unassigned points), then the columns \
+                 that a PLY file had itself (normals, colours, intensity), those of a name that stands here \
+                 already as `input_` and that name"
+            }
+            Self::Deviations => {
+                "The signed distance of each point from its own surface as a NumPy array (NPY 1.0) of float64, in \
+                 input order; NaN = unassigned"
+            }
+            Self::Points => {
+                "One line a point, in input order, under a line of names: `x`, `y`, `z`, `label`, `deviation` (the \
+                 signed distance from the own surface); empty where there is none"
             }
             Self::Csv => {
                 "One line a region under a line of names: `id`, `type`, `point_count`, `rms`, `max`, \
@@ -106,11 +139,26 @@ impl Representation {
                 return Ok(message.encode_to_vec());
             }
             Self::Npy => write_labels_npy(&mut bytes, answer.document.labels()),
-            Self::Ply => write_labelled_ply(&mut bytes, &answer.cloud, answer.document.labels()),
+            Self::Ply => with_deviations(&answer, |all| write_labelled_ply(&mut bytes, all)),
+            Self::Points => with_deviations(&answer, |all| write_points_csv(&mut bytes, all)),
+            Self::Deviations => {
+                with_deviations(&answer, |all| write_deviations_npy(&mut bytes, all.deviations))
+            }
             Self::Csv => write_regions_csv(&mut bytes, &rows(&answer.document)),
         };
         written.map(|()| bytes).map_err(|error: io::Error| unwritten(&error))
     }
+}
+
+/// Gives `write` the cloud with each point's deviation.
+fn with_deviations(
+    answer: &Answer,
+    write: impl FnOnce(&Labelled) -> io::Result<()>,
+) -> io::Result<()> {
+    let Answer { document, cloud, fields } = answer;
+    let labels = document.labels();
+    let deviations = deviations(cloud, labels, &document.regions);
+    write(&Labelled { cloud, labels, deviations: &deviations, fields })
 }
 
 /// Labels whose text is written at once.

@@ -9,7 +9,7 @@ use super::{
     compute, jobs::SegmentationRunner, keys,
 };
 use crate::{
-    formats::{self, Limits},
+    formats::{self, Fields, Limits},
     jobs::{
         Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, KeyShare, MemoryStore, Pool,
         PoolConfig, PoolError, Stop, Store, StoreError, trace,
@@ -165,7 +165,7 @@ impl Service {
     }
 
     /// Segments a cloud while the caller waits, and writes the answer by `tell` on the same threads.
-    /// Dropping the future cancels the work.
+    /// Dropping the future cancels the work. `with_fields` says whether the answer needs the file's own columns.
     ///
     /// # Errors
     /// The cloud or the request is bad, there is no room, or time ran out.
@@ -173,6 +173,7 @@ impl Service {
         &self,
         upload: Upload,
         request: Request,
+        with_fields: bool,
         tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
         trace::note(|facts| facts.bytes = Some(upload.bytes().len()));
@@ -188,7 +189,10 @@ impl Service {
         room.grow_to(decoded)?;
         let lane = self.pool.lane(points);
         let work = move || {
-            let answer = compute(upload.bytes(), &request, &limits, &control)?;
+            let mut answer = compute(upload.bytes(), &request, &limits, &control)?;
+            if with_fields {
+                answer.fields = Fields::of(upload.bytes());
+            }
             let cloud = Arc::clone(&answer.cloud);
             let told = tell(answer, request.labels);
             // the system takes milliseconds to take large clouds back, and the caller need not wait

@@ -89,7 +89,7 @@ fn the_uncertainty_of_every_type_is_as_the_contract_describes_it() {
             types.insert(region.surface_type.name());
         }
     }
-    let all = ["cone", "cylinder", "ellipsoid", "elliptic_cylinder", "plane", "sphere"];
+    let all = ["cone", "cylinder", "ellipsoid", "elliptic_cylinder", "plane", "sphere", "torus"];
     assert_eq!(types.into_iter().collect::<Vec<_>>(), all);
 }
 

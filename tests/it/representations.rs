@@ -19,7 +19,13 @@ async fn every_form_comes_from_a_request_and_from_a_job_alike() {
     let cloud = clouds::ply(&clouds::bracket(3000));
     let place = location(&running.submit("seed=1", cloud.clone()).await);
     running.events(&place).await;
-    for accept in ["application/x-npy", "model/ply", "text/csv"] {
+    for accept in [
+        "application/x-npy",
+        "model/ply",
+        "text/csv",
+        "application/vnd.conicoid.deviations+npy",
+        "application/vnd.conicoid.points+csv",
+    ] {
         let url = running.url("/v1/segmentations?seed=1");
         let request = reqwest::Client::new().post(url).header("accept", accept);
         let direct = parts(request.body(cloud.clone()).send().await.unwrap()).await;

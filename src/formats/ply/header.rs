@@ -26,7 +26,7 @@ pub(super) enum Kind {
 /// A named column of an element.
 #[derive(Debug)]
 pub(super) struct Property<'a> {
-    name: &'a [u8],
+    pub(super) name: &'a [u8],
     pub(super) kind: Kind,
 }
 

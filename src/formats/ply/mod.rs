@@ -6,8 +6,10 @@
 mod ascii;
 mod binary;
 mod faces;
+mod fields;
 mod header;
 
+pub use fields::Fields;
 use header::{Encoding, Header};
 
 use super::{Bounds, Format, FormatError};

@@ -7,24 +7,43 @@ use std::io::{self, Write};
 /// # Errors
 /// `out` fails.
 pub fn write_labels_npy(out: &mut impl Write, labels: &[i32]) -> io::Result<()> {
+    write_head(out, "<i4", labels.len())?;
+    write_numbers(out, labels, |label| label.to_le_bytes())
+}
+
+/// Writes deviations as a NumPy array (NPY 1.0): one dimension, little-endian float64.
+///
+/// They stand in input order, NaN = unassigned.
+///
+/// # Errors
+/// `out` fails.
+pub fn write_deviations_npy(out: &mut impl Write, deviations: &[f64]) -> io::Result<()> {
+    write_head(out, "<f8", deviations.len())?;
+    write_numbers(out, deviations, |deviation| deviation.to_le_bytes())
+}
+
+fn write_head(out: &mut impl Write, kind: &str, count: usize) -> io::Result<()> {
     let dictionary =
-        format!("{{'descr': '<i4', 'fortran_order': False, 'shape': ({},), }}", labels.len());
+        format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({count},), }}");
     // magic, version, length and dictionary fill a multiple of 64 bytes, the last one a line feed
     let total = (10 + dictionary.len() + 1).next_multiple_of(64);
     let width = total - 11;
     out.write_all(b"\x93NUMPY\x01\x00")?;
     out.write_all(&((total - 10) as u16).to_le_bytes())?;
-    writeln!(out, "{dictionary:<width$}")?;
-    write_numbers(out, labels)
+    writeln!(out, "{dictionary:<width$}")
 }
 
 /// Writes numbers in blocks: one call for each would cost more than the numbers.
-fn write_numbers(out: &mut impl Write, labels: &[i32]) -> io::Result<()> {
+fn write_numbers<T: Copy, const N: usize>(
+    out: &mut impl Write,
+    numbers: &[T],
+    bytes: impl Fn(T) -> [u8; N],
+) -> io::Result<()> {
     const BLOCK: usize = 4096;
-    let mut buffer = Vec::with_capacity(4 * BLOCK);
-    for block in labels.chunks(BLOCK) {
+    let mut buffer = Vec::with_capacity(N * BLOCK);
+    for block in numbers.chunks(BLOCK) {
         buffer.clear();
-        buffer.extend(block.iter().flat_map(|label| label.to_le_bytes()));
+        buffer.extend(block.iter().flat_map(|number| bytes(*number)));
         out.write_all(&buffer)?;
     }
     Ok(())
@@ -45,6 +64,15 @@ mod tests {
         assert!(header.starts_with("{'descr': '<i4', 'fortran_order': False, 'shape': (3,), }"));
         assert!(header.ends_with('\n'));
         assert_eq!(bytes[10 + length..], [0, 0, 0, 0, 255, 255, 255, 255, 0x70, 0x11, 1, 0]);
+    }
+
+    #[test]
+    fn deviations_are_doubles() {
+        let mut bytes = Vec::new();
+        write_deviations_npy(&mut bytes, &[0.5, f64::NAN]).unwrap();
+        let head = String::from_utf8_lossy(&bytes[10..64]).into_owned();
+        assert!(head.contains("'descr': '<f8'") && head.contains("(2,)"), "{head}");
+        assert_eq!(bytes[bytes.len() - 16..bytes.len() - 8], 0.5f64.to_le_bytes());
     }
 
     #[test]

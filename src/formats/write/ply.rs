@@ -1,38 +1,70 @@
 use std::io::{self, Write};
 
+use crate::formats::Fields;
 use crate::geometry::{PointCloud, Vec3};
 
-/// Writes the cloud as binary little-endian PLY: x, y, z (double), red, green, blue (uchar), label (int).
+/// A cloud and what is known about each of its points.
+#[derive(Clone, Copy, Debug)]
+pub struct Labelled<'a> {
+    /// The points.
+    pub cloud: &'a PointCloud,
+    /// One label for each input point, in input order.
+    pub labels: &'a [i32],
+    /// The signed distance of each from its own surface, in the same order; NaN where it has none.
+    pub deviations: &'a [f64],
+    /// The file's own columns.
+    pub fields: &'a Fields,
+}
+
+/// What is written for every vertex, before the file's own columns.
+const OWN: [(&str, &str); 8] = [
+    ("x", "double"),
+    ("y", "double"),
+    ("z", "double"),
+    ("red", "uchar"),
+    ("green", "uchar"),
+    ("blue", "uchar"),
+    ("label", "int"),
+    ("deviation", "double"),
+];
+/// Its bytes.
+const VERTEX: usize = 39;
+
+/// Writes a cloud as binary little-endian PLY: x, y, z (double), red, green, blue (uchar), label (int), deviation
+/// (double), then the columns that the file had itself; of those with such a name, the name begins with `input_`.
 ///
-/// `labels` are in input order, one for each input point; points that were left out for their NaN
-/// coordinates come back as NaN, so that the vertices stand in input order too.
+/// Points that were left out for their NaN coordinates come back as NaN, so that the vertices stand in input order.
 ///
 /// # Errors
 /// `out` fails.
-pub fn write_labelled_ply(
-    out: &mut impl Write,
-    cloud: &PointCloud,
-    labels: &[i32],
-) -> io::Result<()> {
+pub fn write_labelled_ply(out: &mut impl Write, labelled: &Labelled) -> io::Result<()> {
+    let cloud = labelled.cloud;
     let grid = cloud
         .grid
         .map(|g| format!("obj_info num_cols {}\nobj_info num_rows {}\n", g.width, g.height));
     write!(
         out,
         "ply\nformat binary_little_endian 1.0\ncomment conicoid: label = region id, -1 = unassigned\n\
-         {}element vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
-         property uchar red\nproperty uchar green\nproperty uchar blue\nproperty int label\n\
-         end_header\n",
+         comment conicoid: deviation = signed distance from the own surface\n{}element vertex {}\n",
         grid.unwrap_or_default(),
         cloud.input_len
     )?;
-    write_vertices(out, cloud, labels)
+    for (name, kind) in OWN {
+        writeln!(out, "property {kind} {name}")?;
+    }
+    for (name, kind) in &labelled.fields.columns {
+        let taken = OWN.iter().any(|(own, _)| own.eq_ignore_ascii_case(name));
+        writeln!(out, "property {kind} {}{name}", if taken { "input_" } else { "" })?;
+    }
+    writeln!(out, "end_header")?;
+    write_vertices(out, labelled)
 }
 
-fn write_vertices(out: &mut impl Write, cloud: &PointCloud, labels: &[i32]) -> io::Result<()> {
+fn write_vertices(out: &mut impl Write, labelled: &Labelled) -> io::Result<()> {
     const BLOCK: usize = 2048;
-    const VERTEX: usize = 31;
-    let mut buffer = Vec::with_capacity(BLOCK * VERTEX);
+    let Labelled { cloud, labels, deviations, fields } = labelled;
+    let whole = VERTEX + fields.stride;
+    let mut buffer = Vec::with_capacity(BLOCK * whole);
     let mut stored = 0;
     for i in 0..cloud.input_len {
         let is_stored = match &cloud.input_index {
@@ -42,7 +74,13 @@ fn write_vertices(out: &mut impl Write, cloud: &PointCloud, labels: &[i32]) -> i
         let point = cloud.points.get(stored).filter(|_| is_stored);
         stored += usize::from(is_stored);
         push_vertex(&mut buffer, point, labels.get(i).copied().unwrap_or(-1));
-        if buffer.len() >= BLOCK * VERTEX {
+        buffer.extend(deviations.get(i).copied().unwrap_or(f64::NAN).to_le_bytes());
+        let from = i * fields.stride;
+        match fields.records.get(from..from + fields.stride) {
+            Some(own) => buffer.extend_from_slice(own),
+            None => buffer.resize(buffer.len() + fields.stride, 0),
+        }
+        if buffer.len() >= BLOCK * whole {
             out.write_all(&buffer)?;
             buffer.clear();
         }
@@ -88,10 +126,23 @@ mod tests {
         let mut cloud = PointCloud::from_points(points);
         cloud.grid = Some(crate::geometry::Grid { width: 2, height: 2 });
         let mut bytes = Vec::new();
-        write_labelled_ply(&mut bytes, &cloud, &[0, -1, 7, -1]).unwrap();
+        let fields = Fields {
+            columns: vec![("red".into(), "uchar"), ("nx".into(), "ushort")],
+            stride: 3,
+            records: (0..12).collect(),
+        };
+        let (labels, deviations) = ([0, -1, 7, -1], [0.5, f64::NAN, -0.25, f64::NAN]);
+        let labelled =
+            Labelled { cloud: &cloud, labels: &labels, deviations: &deviations, fields: &fields };
+        write_labelled_ply(&mut bytes, &labelled).unwrap();
         assert_eq!(read(&bytes, None, &Limits::default()).unwrap(), cloud);
-        let label = |i: usize| bytes[bytes.len() - 31 * i..][27..31].to_vec();
-        assert_eq!((label(4), label(2)), (vec![0; 4], vec![7, 0, 0, 0]));
+        let vertex = |i: usize| bytes[bytes.len() - 42 * i..][..42].to_vec();
+        assert_eq!((&vertex(4)[27..31], &vertex(2)[27..31]), (&[0; 4][..], &[7, 0, 0, 0][..]));
+        assert_eq!(vertex(2)[31..39], (-0.25f64).to_le_bytes());
+        assert_eq!(vertex(2)[39..], [6, 7, 8]);
+        let kept = Fields::of(&bytes);
+        let names: Vec<_> = kept.columns.iter().map(|c| c.0.as_str()).collect();
+        assert_eq!(names[3..], ["label", "deviation", "input_red", "nx"]);
     }
 
     #[test]

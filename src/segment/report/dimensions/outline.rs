@@ -57,7 +57,8 @@ pub fn outline(points: &[Uv], spacing: f64) -> Option<Outline> {
     loops.sort_by(|a, b| area(b).abs().total_cmp(&area(a).abs()));
     let place = |p: &Uv| [grid.low[0] + p[0] * cell, grid.low[1] + p[1] * cell];
     let hull = hull(loops.iter().flatten().map(place).collect());
-    let (size, along) = rectangle(&hull)?;
+    let (along, across) = rectangle(&hull)?;
+    let size = [along, across].map(|d| reach(points, &hull, d));
     Some(Outline {
         area: loops.iter().map(|l| area(l)).sum::<f64>() * cell * cell,
         loops: loops.iter().map(|l| simplified(l, SIMPLER).iter().map(place).collect()).collect(),
@@ -181,9 +182,20 @@ fn hull(mut points: Vec<Uv>) -> Vec<Uv> {
     all
 }
 
-/// The sides of the smallest rectangle around a convex polygon, one of whose edges it has, the longer first, and the
-/// direction of that.
-fn rectangle(hull: &[Uv]) -> Option<([f64; 2], Uv)> {
+/// How far points within a hull reach in a direction: the contour's own bumps would add to it.
+fn reach(points: &[Uv], hull: &[Uv], d: Uv) -> f64 {
+    let along = |p: &Uv| p[0] * d[0] + p[1] * d[1];
+    let ends = |places: &mut dyn Iterator<Item = f64>| {
+        places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)))
+    };
+    let (low, high) = ends(&mut hull.iter().map(along));
+    let (first, last) = ends(&mut points.iter().map(along).filter(|t| (low..=high).contains(t)));
+    (last - first).max(0.0)
+}
+
+/// The directions of the longer and the shorter sides of the smallest rectangle around a convex polygon, one of whose
+/// edges it has.
+fn rectangle(hull: &[Uv]) -> Option<(Uv, Uv)> {
     let next = hull.iter().cycle().skip(1);
     let boxes = hull.iter().zip(next).filter_map(|(a, b)| {
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
@@ -191,15 +203,11 @@ fn rectangle(hull: &[Uv]) -> Option<([f64; 2], Uv)> {
             return None;
         }
         let u = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
-        let side = |d: Uv| {
-            let along = |p: &Uv| p[0] * d[0] + p[1] * d[1];
-            let reach = |f: fn(f64, f64) -> f64| hull.iter().map(along).reduce(f).unwrap_or(0.0);
-            reach(f64::max) - reach(f64::min)
-        };
-        let (along, across) = (side(u), side([-u[1], u[0]]));
-        Some(if along >= across { ([along, across], u) } else { ([across, along], [-u[1], u[0]]) })
+        let v = [-u[1], u[0]];
+        let (along, across) = (reach(hull, hull, u), reach(hull, hull, v));
+        Some((along * across, if along >= across { (u, v) } else { (v, u) }))
     });
-    boxes.min_by(|a, b| (a.0[0] * a.0[1]).total_cmp(&(b.0[0] * b.0[1])))
+    boxes.min_by(|a, b| a.0.total_cmp(&b.0)).map(|b| b.1)
 }
 
 #[cfg(test)]

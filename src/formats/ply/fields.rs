@@ -1,0 +1,138 @@
+//! A file's own columns, kept beside what is found.
+
+use super::super::{
+    Format,
+    scalar::{Endian, Scalar},
+    text::Words,
+};
+use super::ascii;
+use super::header::{Encoding, Header, Kind};
+
+/// The columns of a PLY file's vertices beside x, y and z: normals, colours, intensity and whatever it has.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fields {
+    /// Name and PLY type of each.
+    pub columns: Vec<(String, &'static str)>,
+    /// Bytes of one vertex.
+    pub stride: usize,
+    /// The vertices in input order, little-endian.
+    pub records: Vec<u8>,
+}
+
+impl Fields {
+    /// Those of a PLY file; none of anything else, and none where a vertex holds lists.
+    pub fn of(bytes: &[u8]) -> Self {
+        Self::read(bytes).unwrap_or_default()
+    }
+
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let header = Header::parse(bytes).ok()?;
+        let vertex = header.vertex().ok()?;
+        let element = &header.elements[vertex.element];
+        let (mut scalars, mut columns) = (Vec::new(), Vec::new());
+        for (place, property) in element.properties.iter().enumerate() {
+            let Kind::Scalar(scalar) = property.kind else { return None };
+            let kept = !vertex.coordinates.contains(&place);
+            scalars.push((scalar, kept));
+            if kept {
+                columns
+                    .push((std::str::from_utf8(property.name).ok()?.to_owned(), scalar.ply_name()));
+            }
+        }
+        let count = usize::try_from(element.count).ok()?;
+        let stride = scalars.iter().filter(|s| s.1).map(|s| s.0.size()).sum();
+        let mut fields = Self { columns, stride, records: Vec::new() };
+        if stride == 0 {
+            return Some(fields);
+        }
+        let before = &header.elements[..vertex.element];
+        match header.encoding {
+            Encoding::Binary(endian) => {
+                let skipped =
+                    before.iter().map(|e| Some(e.stride()? * usize::try_from(e.count).ok()?));
+                let from = header.body + skipped.sum::<Option<usize>>()?;
+                let whole: usize = scalars.iter().map(|s| s.0.size()).sum();
+                let records = bytes.get(from..from.checked_add(count.checked_mul(whole)?)?)?;
+                fields.records.reserve_exact(count * stride);
+                records.chunks(whole).for_each(|r| fields.push(r, &scalars, endian));
+            }
+            Encoding::Ascii => {
+                let mut words = Words::new(Format::Ply, bytes, header.body);
+                for other in before {
+                    ascii::skip(&mut words, other).ok()??;
+                }
+                for _ in 0..count {
+                    for (scalar, kept) in &scalars {
+                        let word = words.next()?;
+                        if *kept {
+                            scalar.write(words.number(word).ok()?, &mut fields.records);
+                        }
+                    }
+                }
+            }
+        }
+        Some(fields)
+    }
+
+    /// Takes over the kept columns of a binary record.
+    fn push(&mut self, record: &[u8], scalars: &[(Scalar, bool)], endian: Endian) {
+        let mut at = 0;
+        for (scalar, kept) in scalars {
+            let value = &record[at..at + scalar.size()];
+            at += scalar.size();
+            match (kept, endian) {
+                (false, _) => {}
+                (true, Endian::Little) => self.records.extend_from_slice(value),
+                (true, Endian::Big) => self.records.extend(value.iter().rev()),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_kept_from_every_encoding() {
+        let head = |encoding: &str| {
+            format!(
+                "ply\nformat {encoding} 1.0\nelement vertex 2\nproperty float x\nproperty float nx\n\
+                 property float y\nproperty float z\nproperty uchar red\nproperty ushort intensity\nend_header\n"
+            )
+        };
+        let rows = [(1f32, 0.5f32, 2f32, 3f32, 7u8, 300u16), (4.0, -0.25, 5.0, 6.0, 8, 301)];
+        let mut little = head("binary_little_endian").into_bytes();
+        let mut big = head("binary_big_endian").into_bytes();
+        let mut ascii = head("ascii").into_bytes();
+        let mut expected = Vec::new();
+        for (x, n, y, z, red, intensity) in rows {
+            for v in [x, n, y, z] {
+                little.extend(v.to_le_bytes());
+                big.extend(v.to_be_bytes());
+            }
+            little.push(red);
+            big.push(red);
+            little.extend(intensity.to_le_bytes());
+            big.extend(intensity.to_be_bytes());
+            ascii.extend(format!("{x} {n} {y} {z} {red} {intensity}\n").into_bytes());
+            expected.extend(n.to_le_bytes());
+            expected.push(red);
+            expected.extend(intensity.to_le_bytes());
+        }
+        for bytes in [little, big, ascii] {
+            let fields = Fields::of(&bytes);
+            let names: Vec<_> = fields.columns.iter().map(|(n, t)| (n.as_str(), *t)).collect();
+            assert_eq!(names, [("nx", "float"), ("red", "uchar"), ("intensity", "ushort")]);
+            assert_eq!((fields.stride, &fields.records), (7, &expected));
+        }
+    }
+
+    #[test]
+    fn what_is_no_ply_or_ends_early_has_none() {
+        assert_eq!(Fields::of(b"1 2 3\n"), Fields::default());
+        let short = b"ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\n\
+            property float y\nproperty float z\nproperty uchar a\nend_header\n12";
+        assert_eq!(Fields::of(short), Fields::default());
+    }
+}
