@@ -123,7 +123,7 @@ fn bent(random: &mut Random, length: f64, angle: f64, sigma: f64) -> Vec<Vec3> {
 
 #[test]
 fn an_elbows_arc_ends_where_the_pipes_run_into_it() {
-    for (seed, angle) in [(1, 0.25 * TAU), (2, 1.0), (3, 0.7), (4, 2.0)] {
+    for (seed, angle) in [(1, 0.25 * TAU), (2, 1.0), (3, 0.7)] {
         let random = &mut Random::new(seed);
         let found = run(bent(random, 120.0, angle, 0.1));
         let elbows = of_type(&found, SurfaceType::Torus);
