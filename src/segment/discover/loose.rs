@@ -1,5 +1,6 @@
 //! Discovery of surfaces with a form error.
 
+use crate::fit::constant::constants;
 use crate::segment::discover::choose;
 use crate::segment::discover::noise::tighten;
 use crate::segment::family::Families;
@@ -10,13 +11,14 @@ use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor, Parameters};
 
-/// Share of the points that surfaces with a form error explain at least.
-const LEAST: f64 = 0.1;
-
-/// Share that counts as all, and how much more of them another level must explain to be preferred.
-pub const ALL: f64 = 0.95;
-
-const MORE: f64 = 0.05;
+constants! {
+    /// Share of the points that surfaces with a form error explain at least.
+    LEAST: f64 = 0.1, Trial(0.1, 0.1);
+    /// Share that counts as all.
+    pub ALL: f64 = 0.95, Trial(0.95, 0.95);
+    /// How much more of the points another level must explain to be preferred.
+    MORE: f64 = 0.05, Trial(0.05, 0.05);
+}
 
 /// Finds the surfaces of a scene that have a form error: at the first multiple of the noise at which they
 /// explain nearly all, or else most. `scatter` is that of the scene's own neighbourhoods.
@@ -38,18 +40,20 @@ pub fn discover_with_form_error(
     let between = form::between(families.sigma);
     for sigma in form::levels(families.sigma, scatter).into_iter().chain(between) {
         // What no level finds, none between them does.
-        if explained(&best) > ALL || between.contains(&sigma) && explained(&best) < LEAST {
+        if explained(&best) > ALL.get()
+            || between.contains(&sigma) && explained(&best) < LEAST.get()
+        {
             break;
         }
         let mut looser = Families { sigma, ..families.clone() };
         let hypotheses = form::loose_hypotheses(scene, &looser, seed, &mut trials, monitor)?;
         let Some(hypotheses) = hypotheses else { continue };
         let model = settled(scene, hypotheses, &mut looser, monitor)?;
-        if model.explained() > explained(&best) + MORE {
+        if model.explained() > explained(&best) + MORE.get() {
             best = Some((model, looser));
         }
     }
-    if let Some((model, looser)) = best.filter(|b| b.0.explained() > LEAST) {
+    if let Some((model, looser)) = best.filter(|b| b.0.explained() > LEAST.get()) {
         *families = looser;
         return Ok(Partition { trials, ..model });
     }

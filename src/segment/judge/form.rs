@@ -5,6 +5,7 @@
 //! surface hypotheses become the same wherever they start; on freeform each slides to where its
 //! seed lay.
 
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::Search;
@@ -14,19 +15,26 @@ use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
-/// Hypotheses after which the form of a scene is first judged.
-const FORM_SAMPLE: usize = 16;
-
-/// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
-const CORRELATED: f64 = 0.07;
-
-/// Share of the points of hypotheses in correlated ones beyond which a form error is suspected, and clear.
-const DOUBTFUL: f64 = 0.25;
-
-const CLEAR: f64 = 0.6;
-
-/// Mean correlation of settled surfaces' residuals beyond which it is seen: without form errors hardly any is left.
-const SEEN: f64 = 0.035;
+constants! {
+    /// Hypotheses after which the form of a scene is first judged.
+    FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
+    /// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
+    CORRELATED: f64 = 0.07, Trial(0.07, 0.07);
+    /// Share of the points of hypotheses in correlated ones beyond which a form error is suspected.
+    DOUBTFUL: f64 = 0.25, Trial(0.25, 0.25);
+    /// Share of the points of hypotheses in correlated ones beyond which a form error is clear.
+    CLEAR: f64 = 0.6, Trial(0.6, 0.6);
+    /// Mean correlation of settled surfaces' residuals beyond which it is seen: without form errors hardly any is left.
+    SEEN: f64 = 0.035, Trial(0.035, 0.035);
+    /// How much more the thinner sample must scatter for a level of its own.
+    CLEARLY: f64 = 1.25, Trial(1.25, 1.25);
+    /// Seeds that tell whether a level is worth trying.
+    LOOK: usize = 16, Effort("seeds tried");
+    /// Share of [`CORRELATED`] below which residuals are like noise.
+    LIKE_NOISE: f64 = 0.5, Trial(0.5, 0.5);
+    /// How many times larger than the patches of a freeform is what stands out of it.
+    LARGER: usize = 3, Trial(3.0, 3.0);
+}
 
 /// Multiples of sigma at which surfaces with a form error are looked for.
 const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
@@ -34,16 +42,10 @@ const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Those tried last, for what the others see only in part.
 const BETWEEN: [f64; 2] = [2.8, 5.6];
 
-/// How much more the thinner sample must scatter for a level of its own.
-const CLEARLY: f64 = 1.25;
-
-/// Seeds that tell whether a level is worth trying.
-const LOOK: usize = 16;
-
 /// Share of the grown points that lie in hypotheses with correlated residuals.
 fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
     let all: usize = hypotheses.iter().map(|h| h.support.len()).sum();
-    let bad = hypotheses.iter().filter(|h| h.correlation > CORRELATED);
+    let bad = hypotheses.iter().filter(|h| h.correlation > CORRELATED.get());
     bad.map(|h| h.support.len()).sum::<usize>() as f64 / all.max(1) as f64
 }
 
@@ -52,7 +54,7 @@ fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
 pub fn levels(noise: f64, thinner: f64) -> Vec<f64> {
     let mut levels: Vec<f64> = LEVELS.iter().map(|l| l * noise).collect();
     let most = LEVELS[LEVELS.len() - 1];
-    levels.extend(Some(most * thinner).filter(|l| *l > CLEARLY * most * noise));
+    levels.extend(Some(most * thinner).filter(|l| *l > CLEARLY.get() * most * noise));
     levels
 }
 
@@ -76,10 +78,11 @@ pub fn hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Option<(Vec<Hypothesis>, bool)>, Cancelled> {
-    let clear =
-        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && correlated_share(found) > CLEAR;
+    let clear = |found: &[Hypothesis]| {
+        found.len() >= FORM_SAMPLE.get() && correlated_share(found) > CLEAR.get()
+    };
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
-    let doubtful = correlated_share(&found) > DOUBTFUL;
+    let doubtful = correlated_share(&found) > DOUBTFUL.get();
     Ok((!clear(&found)).then_some((found, doubtful)))
 }
 
@@ -93,7 +96,7 @@ pub fn is_seen(scene: &Scene, model: &Partition, sigma: f64) -> bool {
         sum += n * correlation(scene, shape, group, sigma, inside);
         points += n;
     }
-    sum > SEEN * points
+    sum > SEEN.get() * points
 }
 
 /// The hypotheses of a scene whose surfaces have a form error that `families` take account of; none where most of
@@ -109,7 +112,7 @@ pub fn loose_hypotheses(
     monitor: &dyn Monitor,
 ) -> Result<Option<Vec<Hypothesis>>, Cancelled> {
     let all = Search::new(scene, families, seed);
-    let few = Search { most: LOOK, ..all }.run(trials, |_| false, monitor)?;
+    let few = Search { most: LOOK.get(), ..all }.run(trials, |_| false, monitor)?;
     if !are_mostly_stable(scene, families, few) {
         return Ok(None);
     }
@@ -151,20 +154,26 @@ pub fn outstanding_hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Vec<Hypothesis>, Cancelled> {
-    let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE;
+    let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE.get();
     Ok(standing_out(Search::new(scene, families, seed).run(trials, early, monitor)?))
 }
 
 /// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger
 /// than the patches that the form breaks into.
 fn standing_out(hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
-    let mut patches: Vec<usize> =
-        hypotheses.iter().filter(|h| h.correlation > CORRELATED).map(|h| h.support.len()).collect();
+    let mut patches: Vec<usize> = hypotheses
+        .iter()
+        .filter(|h| h.correlation > CORRELATED.get())
+        .map(|h| h.support.len())
+        .collect();
     patches.sort_unstable();
     let typical = patches.get(patches.len() / 2).copied().unwrap_or(0);
     hypotheses
         .into_iter()
-        .filter(|h| h.correlation <= 0.5 * CORRELATED && h.support.len() > 3 * typical)
+        .filter(|h| {
+            h.correlation <= LIKE_NOISE.get() * CORRELATED.get()
+                && h.support.len() > LARGER.get() * typical
+        })
         .collect()
 }
 
