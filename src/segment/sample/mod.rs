@@ -40,6 +40,7 @@ pub fn discover_on_samples<'a>(
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
+    let is_seen = |found: &Discovery| found.model.explained() > SEEN.get();
     let look = |size, enough| discover(points, size, None, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
     let mut size = if points.len() <= 2 * COARSE.get() { points.len() } else { COARSE.get() };
@@ -57,9 +58,7 @@ pub fn discover_on_samples<'a>(
                 Thinner::Found(thin) => Some(*thin),
                 Thinner::Glanced(size) => Some(look(size, 0)?),
             };
-            if let Some(thin) =
-                thin.filter(|t| !t.model.form_error && t.model.explained() > SEEN.get())
-            {
+            if let Some(thin) = thin.filter(|t| !t.model.form_error && is_seen(t)) {
                 return label(thin);
             }
             if let Some(formed) = formed {
@@ -70,7 +69,7 @@ pub fn discover_on_samples<'a>(
                 continue;
             }
             let loose = discover(points, FORM.get(), Some(found.noise), 0, parameters, monitor)?;
-            if size >= most || loose.model.explained() > SEEN.get() {
+            if size >= most || is_seen(&loose) {
                 return label(loose);
             }
             // Narrow faces that are crowded on a coarse sample are not on a fine one.
