@@ -4,6 +4,7 @@
 //! on one ends with the same points once it reckons with the whole of the noise. On freeform each hypothesis slides to
 //! where its seed lay, at any scatter.
 
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::Search;
@@ -11,28 +12,28 @@ use crate::segment::judge::stability::judged;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
-/// Hypotheses after which the form of a scene is first judged.
-const FORM_SAMPLE: usize = 16;
+constants! {
+    /// Hypotheses after which the form of a scene is first judged.
+    FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
+    /// Typical correlation of hypotheses from which on neighbours' residuals go together all over a scene: where noise
+    /// is independent, chance and those that bridge several surfaces leave it below 0.03.
+    COMMON: f64 = 0.05, Trial(0.05, 0.05);
+    /// The same of the first few hypotheses, of which more bridge.
+    CLEAR: f64 = 0.1, Trial(0.1, 0.1);
+    /// Scatters at which surfaces are looked for, in steps of a factor of the square root of two from the noise
+    /// between neighbours up.
+    LEVELS: usize = 7, Effort("scatters tried");
+    /// Share of the points in hypotheses that are the same wherever they start, from which on a scatter is the
+    /// surfaces'.
+    STABLE: f64 = 0.8, Trial(0.8, 0.8);
+    /// The same below which the scene holds no surfaces.
+    LEAST: f64 = 0.1, Trial(0.1, 0.1);
+    /// Seeds that tell whether a level is worth trying.
+    LOOK: usize = 16, Effort("seeds tried");
+}
 
-/// Typical correlation of hypotheses from which on neighbours' residuals go together all over a scene: where noise is
-/// independent, chance and those that bridge several surfaces leave it below 0.03.
-const COMMON: f64 = 0.05;
-
-/// The same of the first few hypotheses, of which more bridge.
-const CLEAR: f64 = 0.1;
-
-/// Scatters at which surfaces are looked for, in steps of a factor from the noise between neighbours up.
+/// From one scatter to the next.
 const LEVEL: f64 = std::f64::consts::SQRT_2;
-const LEVELS: usize = 7;
-
-/// Share of the points in hypotheses that are the same wherever they start, from which on a scatter is the surfaces'.
-const STABLE: f64 = 0.8;
-
-/// The same below which the scene holds no surfaces.
-const LEAST: f64 = 0.1;
-
-/// Seeds that tell whether a level is worth trying.
-const LOOK: usize = 16;
 
 /// The correlation of residuals that half of the grown points lie below.
 fn typical(hypotheses: &[Hypothesis]) -> f64 {
@@ -71,36 +72,37 @@ pub fn hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Looked, Cancelled> {
-    let clear = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && typical(found) > CLEAR;
+    let clear =
+        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE.get() && typical(found) > CLEAR.get();
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
-    if typical(&found) <= COMMON {
+    if typical(&found) <= COMMON.get() {
         return Ok(Looked::Found(found, true));
     }
     let noise = families.sigma;
-    let (mut best, mut most) = (None, LEAST);
-    for level in 0..LEVELS {
+    let (mut best, mut most) = (None, LEAST.get());
+    for level in 0..LEVELS.get() {
         let sigma = noise * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
-        let few = Search { most: LOOK, ..Search::new(scene, &looser, seed) };
+        let few = Search { most: LOOK.get(), ..Search::new(scene, &looser, seed) };
         let share = stable_share(scene, &looser, few.run(trials, |_| false, monitor)?);
         if share > most {
             (best, most) = (Some(sigma), share);
         }
-        if share > STABLE {
+        if share > STABLE.get() {
             break;
         }
     }
-    if most <= STABLE && !dense {
+    if most <= STABLE.get() && !dense {
         return Ok(Looked::Doubtful);
     }
     let Some(sigma) = best else { return Ok(Looked::Found(Vec::new(), false)) };
     families.sigma = LEVEL * sigma;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
-    if most <= STABLE {
+    if most <= STABLE.get() {
         found = judged(scene, families, found);
     }
     families.common = typical(&found).max(0.0);
-    Ok(Looked::Found(found, most > STABLE))
+    Ok(Looked::Found(found, most > STABLE.get()))
 }
 
 /// Hypotheses judged at once.
@@ -112,7 +114,7 @@ fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) 
     let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
     let all = points(&found);
     let (mut looked, mut stable) = (0.0, 0.0);
-    while !found.is_empty() && looked - stable < (1.0 - STABLE) * all {
+    while !found.is_empty() && looked - stable < (1.0 - STABLE.get()) * all {
         let few: Vec<Hypothesis> = found.drain(..found.len().min(AT_ONCE)).collect();
         looked += points(&few);
         let sound = judged(scene, families, few).into_iter().filter(|h| h.sound);
