@@ -83,8 +83,16 @@ pub fn hypotheses(
     for level in 0..LEVELS.get() {
         let sigma = noise * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
-        let few = Search { most: LOOK.get(), ..Search::new(scene, &looser, seed) };
-        let share = stable_share(scene, &looser, few.run(trials, |_| false, monitor)?);
+        let search = Search::new(scene, &looser, seed ^ level as u64);
+        let mut share = 0.0;
+        // Of freeform none is: the first few tell.
+        for few in [AT_ONCE, LOOK.get()] {
+            let few = Search { most: few, ..search }.run(trials, |_| false, monitor)?;
+            share = stable_share(scene, &looser, few);
+            if share == 0.0 {
+                break;
+            }
+        }
         if share > most {
             (best, most) = (Some(sigma), share);
         }
