@@ -28,6 +28,9 @@ constants! {
     STABLE: f64 = 0.8, Trial(0.8, 0.8);
     /// The same below which the scene holds no surfaces.
     LEAST: f64 = 0.1, Trial(0.1, 0.1);
+    /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
+    /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
+    ROUGH: f64 = 0.05, Trial(0.05, 0.05);
     /// Seeds that tell whether a level is worth trying.
     LOOK: usize = 16, Effort("seeds tried");
 }
@@ -58,9 +61,9 @@ pub enum Looked {
     Doubtful,
 }
 
-/// The hypotheses of a scene. Where neighbours' residuals go together, those at the least scatter at which they are the
-/// same wherever they start; `families` then hold that scatter and what residuals have in common. None where there is
-/// no such scatter.
+/// The hypotheses of a scene. Where neighbours' residuals go together, or a good part of the points fits nothing at the
+/// noise in `families`, those at the least scatter at which they are the same wherever they start; `families` then hold
+/// that scatter and what residuals have in common. None where there is no such scatter.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -75,60 +78,114 @@ pub fn hypotheses(
     let clear =
         |found: &[Hypothesis]| found.len() >= FORM_SAMPLE.get() && typical(found) > CLEAR.get();
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
-    if typical(&found) <= COMMON.get() {
+    let common = typical(&found) > COMMON.get();
+    let taken = if common { Vec::new() } else { taken(&found, scene.len()) };
+    let open = taken.iter().filter(|t| !**t).count();
+    if !common && (open as f64) < ROUGH.get() * scene.len() as f64 {
         return Ok(Looked::Found(found, true));
     }
-    let noise = families.sigma;
-    let (mut best, mut most) = (None, LEAST.get());
-    for level in 0..LEVELS.get() {
-        let sigma = noise * LEVEL.powi(level as i32);
+    let at = scatter(scene, families, seed, &taken, trials, monitor)?;
+    if !common && at.share <= STABLE.get() {
+        return Ok(Looked::Found(found, true));
+    }
+    if at.share <= STABLE.get() && !dense {
+        return Ok(Looked::Doubtful);
+    }
+    let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
+    families.sigma = LEVEL * sigma;
+    let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
+    if at.share <= STABLE.get() {
+        found = judged(scene, families, found);
+    }
+    families.common = Some(typical(&found)).filter(|c| *c > COMMON.get()).unwrap_or(0.0);
+    Ok(Looked::Found(found, at.share > STABLE.get()))
+}
+
+/// Which of `n` points lie in a hypothesis.
+fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
+    let mut taken = vec![false; n];
+    found.iter().flat_map(|h| &h.support).for_each(|&i| taken[i as usize] = true);
+    taken
+}
+
+/// The scatter at which most of what is grown is the same wherever it starts.
+struct Scatter {
+    /// It, or that at which the most is; none where next to nothing is at any.
+    sigma: Option<f64>,
+    /// Share of the grown points that is.
+    share: f64,
+}
+
+/// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
+/// scene's.
+fn scatter(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    taken: &[bool],
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Scatter, Cancelled> {
+    let mut best = Scatter { sigma: None, share: LEAST.get() };
+    let first = usize::from(!taken.is_empty());
+    for level in first..LEVELS.get() {
+        let sigma = families.sigma * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
-        let search = Search::new(scene, &looser, seed ^ level as u64);
-        let mut share = 0.0;
+        let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
+        let mut look = |most| -> Result<Stable, Cancelled> {
+            let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
+            Ok(stable(scene, &looser, few, taken))
+        };
         // Of freeform none is: the first few tell.
-        for few in [AT_ONCE, LOOK.get()] {
-            let few = Search { most: few, ..search }.run(trials, |_| false, monitor)?;
-            share = stable_share(scene, &looser, few);
-            if share == 0.0 {
-                break;
-            }
+        if look(AT_ONCE)?.share == 0.0 {
+            continue;
         }
-        if share > most {
-            (best, most) = (Some(sigma), share);
+        let Stable { share, open } = look(LOOK.get())?;
+        if !taken.is_empty() && open < ROUGH.get() * scene.len() as f64 {
+            continue;
+        }
+        if share > best.share {
+            best = Scatter { sigma: Some(sigma), share };
         }
         if share > STABLE.get() {
             break;
         }
     }
-    if most <= STABLE.get() && !dense {
-        return Ok(Looked::Doubtful);
-    }
-    let Some(sigma) = best else { return Ok(Looked::Found(Vec::new(), false)) };
-    families.sigma = LEVEL * sigma;
-    let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
-    if most <= STABLE.get() {
-        found = judged(scene, families, found);
-    }
-    families.common = typical(&found).max(0.0);
-    Ok(Looked::Found(found, most > STABLE.get()))
+    Ok(best)
 }
 
 /// Hypotheses judged at once.
 const AT_ONCE: usize = 4;
 
-/// Share of the points in hypotheses that is in those which are the same wherever they start. As many are judged as it
-/// takes to tell that it is not [`STABLE`].
-fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> f64 {
+/// What of some hypotheses is the same wherever it starts.
+struct Stable {
+    /// Share of their points.
+    share: f64,
+    /// Points in it that were not taken before.
+    open: f64,
+}
+
+/// As many hypotheses are judged as it takes to tell that they are not [`STABLE`].
+fn stable(
+    scene: &Scene,
+    families: &Families,
+    mut found: Vec<Hypothesis>,
+    taken: &[bool],
+) -> Stable {
     let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
     let all = points(&found);
-    let (mut looked, mut stable) = (0.0, 0.0);
+    let (mut looked, mut stable, mut open) = (0.0, 0.0, vec![false; scene.len()]);
     while !found.is_empty() && looked - stable < (1.0 - STABLE.get()) * all {
         let few: Vec<Hypothesis> = found.drain(..found.len().min(AT_ONCE)).collect();
         looked += points(&few);
-        let sound = judged(scene, families, few).into_iter().filter(|h| h.sound);
-        stable += points(&sound.collect::<Vec<_>>());
+        for h in judged(scene, families, few).into_iter().filter(|h| h.sound) {
+            stable += h.support.len() as f64;
+            h.support.iter().for_each(|&i| open[i as usize] = true);
+        }
     }
-    stable / looked.max(1.0)
+    let is_open = |(i, open): (usize, &bool)| *open && !taken.get(i).is_some_and(|t| *t);
+    let open = open.iter().enumerate().filter(|o| is_open(*o)).count() as f64;
+    Stable { share: stable / looked.max(1.0), open }
 }
 
 #[cfg(test)]
