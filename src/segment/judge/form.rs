@@ -132,18 +132,17 @@ fn scatter(
         let sigma = families.sigma * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
         let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
-        let mut look = |most| -> Result<Stable, Cancelled> {
+        let mut look = |most: usize| -> Result<f64, Cancelled> {
             let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
-            Ok(stable(scene, &looser, few, taken))
+            let part = most as f64 / LOOK.get() as f64;
+            let rough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
+            Ok(if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 })
         };
-        // Of freeform none is: the first few tell.
-        if look(AT_ONCE)?.share == 0.0 {
+        // Of freeform none is, and by outliers few points are won: the first few seeds tell.
+        if look(AT_ONCE)? == 0.0 {
             continue;
         }
-        let Stable { share, open } = look(LOOK.get())?;
-        if !taken.is_empty() && open < ROUGH.get() * scene.len() as f64 {
-            continue;
-        }
+        let share = look(LOOK.get())?;
         if share > best.share {
             best = Scatter { sigma: Some(sigma), share };
         }
@@ -157,35 +156,26 @@ fn scatter(
 /// Hypotheses judged at once.
 const AT_ONCE: usize = 4;
 
-/// What of some hypotheses is the same wherever it starts.
-struct Stable {
-    /// Share of their points.
-    share: f64,
-    /// Points in it that were not taken before.
-    open: f64,
+/// Points in hypotheses that were not `taken` before.
+fn newly(found: &[Hypothesis], taken: &[bool]) -> usize {
+    let mut all = taken.to_vec();
+    let of = found.iter().flat_map(|h| &h.support).map(|&i| i as usize);
+    of.filter(|&i| all.get_mut(i).is_some_and(|t| !std::mem::replace(t, true))).count()
 }
 
-/// As many hypotheses are judged as it takes to tell that they are not [`STABLE`].
-fn stable(
-    scene: &Scene,
-    families: &Families,
-    mut found: Vec<Hypothesis>,
-    taken: &[bool],
-) -> Stable {
+/// Share of the points in hypotheses that is in those which are the same wherever they start. As many are judged as it
+/// takes to tell that it is not [`STABLE`].
+fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> f64 {
     let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
     let all = points(&found);
-    let (mut looked, mut stable, mut open) = (0.0, 0.0, vec![false; scene.len()]);
+    let (mut looked, mut stable) = (0.0, 0.0);
     while !found.is_empty() && looked - stable < (1.0 - STABLE.get()) * all {
         let few: Vec<Hypothesis> = found.drain(..found.len().min(AT_ONCE)).collect();
         looked += points(&few);
-        for h in judged(scene, families, few).into_iter().filter(|h| h.sound) {
-            stable += h.support.len() as f64;
-            h.support.iter().for_each(|&i| open[i as usize] = true);
-        }
+        let sound = judged(scene, families, few).into_iter().filter(|h| h.sound);
+        stable += points(&sound.collect::<Vec<_>>());
     }
-    let is_open = |(i, open): (usize, &bool)| *open && !taken.get(i).is_some_and(|t| *t);
-    let open = open.iter().enumerate().filter(|o| is_open(*o)).count() as f64;
-    Stable { share: stable / looked.max(1.0), open }
+    stable / looked.max(1.0)
 }
 
 #[cfg(test)]
