@@ -2,19 +2,23 @@
 //! orthogonal-distance least squares and their uncertainty.
 
 mod columns;
+mod constrained;
 mod covariance;
 mod direct;
+mod eigen;
 #[cfg(test)]
 pub(crate) mod fits;
 mod general;
 mod kernels;
 pub mod least_squares;
 mod linearised;
+pub mod local_quadric;
 mod loss;
 mod normal;
 mod rcond;
 mod retraction;
 mod ruler;
+mod scaled;
 mod scatter;
 mod section;
 mod shape;

@@ -1,11 +1,10 @@
 //! Every family tried on a few points, and those that come near on more.
 
-use std::cell::OnceCell;
-
 use rayon::prelude::*;
 
 use super::{Families, Scored};
 use crate::fit::least_squares::{Options, fit};
+use crate::fit::local_quadric::LocalQuadrics;
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
@@ -56,7 +55,7 @@ impl Families {
             (points, normals) = (thinned(patch.points, START), thinned(patch.normals, START));
             first = Patch { points: &points, normals: &normals };
         }
-        let quadrics = OnceCell::new();
+        let quadrics = LocalQuadrics::of(first.points);
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut out: Vec<Scored> = Vec::new();
         for &family in &self.allowed {
@@ -103,7 +102,7 @@ impl Families {
             screen = Patch { points: &points, normals: &normals };
         }
         let glance = thinned(screen.points, GLANCE);
-        let quadrics = OnceCell::new();
+        let quadrics = LocalQuadrics::of(screen.points);
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut tried: Vec<Vec<Scored>> = Vec::new();
         for &family in self.allowed.iter().take_while(|f| n > f.dof() + 3) {
