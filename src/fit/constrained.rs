@@ -31,8 +31,8 @@ pub(super) fn constrained_minimiser<const D: usize>(
     Some(a)
 }
 
-/// The lower triangle L with M + ridge = LL'.
-fn cholesky<const D: usize>(m: &SMatrix<f64, D, D>) -> Option<[[f64; D]; D]> {
+/// The lower triangle L with M + ridge = LL'; `None` where there is none.
+pub(super) fn cholesky<const D: usize>(m: &SMatrix<f64, D, D>) -> Option<[[f64; D]; D]> {
     let top = (0..D).map(|i| m[(i, i)]).fold(0.0, f64::max);
     let mut l = [[0.0; D]; D];
     for i in 0..D {
@@ -66,6 +66,18 @@ fn solved<const D: usize>(l: &[[f64; D]; D], mut x: [[f64; D]; D]) -> [[f64; D];
         }
         let inverse = 1.0 / l[i][i];
         x[i].iter_mut().for_each(|v| *v *= inverse);
+    }
+    x
+}
+
+/// L^-1 x.
+pub(super) fn forward<const D: usize>(l: &[[f64; D]; D], x: &SVector<f64, D>) -> SVector<f64, D> {
+    let mut x = *x;
+    for i in 0..D {
+        for k in 0..i {
+            x[i] -= l[i][k] * x[k];
+        }
+        x[i] /= l[i][i];
     }
     x
 }

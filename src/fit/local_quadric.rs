@@ -95,17 +95,21 @@ impl<'a> LocalQuadrics<'a> {
 }
 
 /// Sums over points in their scaled frame.
-struct Sums {
+pub(super) struct Sums {
     scaled: Scaled,
     n: f64,
     mean: SVector<f64, FEATURES>,
     /// Scatter of the features about their mean.
-    scatter: SMatrix<f64, FEATURES, FEATURES>,
+    pub(super) scatter: SMatrix<f64, FEATURES, FEATURES>,
 }
 
 impl Sums {
     fn of(points: &[Vec3]) -> Self {
-        let scaled = Scaled::of(points);
+        Self::within(Scaled::of(points), points)
+    }
+
+    /// Those in a given frame.
+    pub(super) fn within(scaled: Scaled, points: &[Vec3]) -> Self {
         let (sum, products) = feature_sums(&scaled, points);
         let n = points.len() as f64;
         let mean = SVector::from(sum) / n;
@@ -114,7 +118,7 @@ impl Sums {
     }
 
     /// The sum of g_d g_d' over the points and the axes d, g_d the derivatives of the features.
-    fn gradient(&self) -> SMatrix<f64, FEATURES, FEATURES> {
+    pub(super) fn gradient(&self) -> SMatrix<f64, FEATURES, FEATURES> {
         let second = &self.mean;
         let (x, y, z) = (second[6], second[7], second[8]);
         let (xx, yy, zz, xy, yz, xz) =
@@ -152,6 +156,13 @@ impl Sums {
             (g[(i, j)], g[(j, i)]) = (v * self.n, v * self.n);
         }
         g
+    }
+
+    /// The features of a point about their mean.
+    pub(super) fn features(&self, p: &Vec3) -> SVector<f64, FEATURES> {
+        let Vec3 { data, .. } = self.scaled.to(p);
+        let [[x, y, z]] = data.0;
+        SVector::from([x * x, y * y, z * z, x * y, y * z, x * z, x, y, z]) - self.mean
     }
 
     /// The quadric of some coefficients of the features, through the features' mean.

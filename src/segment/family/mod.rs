@@ -3,7 +3,7 @@
 mod screening;
 mod starts;
 
-use crate::fit::least_squares::{Fitted, Options, fit};
+use crate::fit::least_squares::{Fitted, Options, fit_below};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Parameters;
@@ -104,12 +104,20 @@ impl Families {
 
     /// Robust fit of one family from `start`.
     pub fn polish(&self, start: &Shape, points: &[Vec3], steps: usize) -> Option<Fitted> {
-        fit(
-            start,
-            points,
-            None,
-            &Options { cauchy: Some(2.5 * self.sigma), steps, tolerance: 1e-3 },
-        )
+        self.polish_below(start, points, steps, f64::INFINITY)
+    }
+
+    /// [`polish`](Self::polish) that is of use only where it comes to a truncated chi2 of at most `most`, and gives up
+    /// where it will not.
+    fn polish_below(
+        &self,
+        start: &Shape,
+        points: &[Vec3],
+        steps: usize,
+        most: f64,
+    ) -> Option<Fitted> {
+        let options = Options { cauchy: Some(2.5 * self.sigma), steps, tolerance: 1e-3 };
+        fit_below(start, points, &options, most * self.sigma * self.sigma)
     }
 
     /// Whether a score is what noise alone would give.

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::fit::starts::Patch;
-use crate::fit::{Family, Ruler, Shape};
+use crate::fit::{Family, Ruler, Shape, may_hold};
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
 use crate::segment::grow::start::{NEAREST, STARTS, Start, start_set};
@@ -71,31 +71,66 @@ pub fn grow(
     seed: usize,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    let mut starts = STARTS.iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
+    let starts = STARTS.iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
     // What does not explain the nearest points explains no more of them.
-    let mut hopeful = None;
-    starts.find_map(|&(start, most, least)| {
-        if matches!(start, Start::Tangent)
-            && !*hopeful.get_or_insert_with(|| fits_nearest(scene, walk, families, seed))
-        {
+    let (start, most, _) = NEAREST;
+    let nearest = start_set(scene, walk, seed, start, most, families.sigma);
+    let mut core = Some(Seeded::of(scene, families, nearest.clone()));
+    for &(start, most, least) in starts {
+        let begun = if (start, most) == (NEAREST.0, NEAREST.1) {
+            core.take().flatten().filter(|s| s.support.len() >= least.min(min_points))
+        } else if matches!(start, Start::Tangent) && core.as_ref().is_none_or(Option::is_none) {
+            None
+        } else {
+            let set = start_set(scene, walk, seed, start, most, families.sigma);
+            let enough = set.len() >= least.min(min_points);
+            // Where no neighbour is left out the nearest are the same points again.
+            (enough && set != nearest).then(|| Seeded::of(scene, families, set)).flatten()
+        };
+        if scene.cancelled() {
             return None;
         }
-        let set = start_set(scene, walk, seed, start, most, families.sigma);
-        if set.len() < least.min(min_points) || scene.cancelled() {
-            return None;
+        let grown = begun.and_then(|s| grow_from(scene, walk, families, s, min_points));
+        if grown.as_ref().is_some_and(|h| h.support.len() >= min_points) {
+            return grown;
         }
-        let grown = grow_from(scene, walk, families, set, min_points);
-        grown.filter(|h| h.support.len() >= min_points)
-    })
+    }
+    None
 }
 
-/// Whether any family explains the nearest points of a seed that lie in each other's tangent planes.
-fn fits_nearest(scene: &Scene, walk: &mut Walk, families: &Families, seed: usize) -> bool {
-    let (start, most, _) = NEAREST;
-    let set = start_set(scene, walk, seed, start, most, families.sigma);
-    let mut sample = Sample::default();
-    sample.take(scene, &set, FIT_SAMPLE);
-    families.best(&sample.patch(), &[], &mut Vec::new()).is_some_and(|b| b.reduced <= FITS)
+/// A start set and the surface that explains it.
+struct Seeded {
+    support: Vec<u32>,
+    sample: Sample,
+    best: Scored,
+    /// Families that do not explain it.
+    hopeless: Vec<Family>,
+}
+
+/// Start sets up to so many points are first looked at for any quadric: larger ones may have too many outliers.
+const FEW: usize = 40;
+/// Mean square from a quadric, over that of a surface that may be the points', beyond which none is near them.
+const CLEARLY: f64 = 5.0;
+/// Squares of residuals are cut at this many of sigma's.
+const CUT: f64 = 16.0;
+
+impl Seeded {
+    /// The surface of any family that explains a start set.
+    fn of(scene: &Scene, families: &Families, support: Vec<u32>) -> Option<Self> {
+        let mut sample = Sample::default();
+        sample.take(scene, &support, FIT_SAMPLE);
+        let mut hopeless = Vec::new();
+        let n = support.len();
+        if n <= FEW {
+            let outliers = (FITS * n as f64 / CUT) as usize;
+            let reach = CLEARLY * FITS * families.sigma * families.sigma;
+            if !may_hold(&sample.points, outliers, reach) {
+                hopeless.extend(Family::ALL.into_iter().filter(|f| *f != Family::Torus));
+            }
+        }
+        let best = families.best(&sample.patch(), &[], &mut hopeless, FITS)?;
+        (best.reduced <= FITS).then_some(Self { support, sample, best, hopeless })
+    }
 }
 
 /// Reduced chi2 up to which a surface may be the points', and one up to which it is good enough to be kept.
@@ -110,22 +145,16 @@ fn grow_from(
     scene: &Scene,
     walk: &mut Walk,
     families: &Families,
-    start: Vec<u32>,
+    start: Seeded,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    let mut sample = Sample::default();
-    sample.take(scene, &start, FIT_SAMPLE);
-    let mut hopeless = Vec::new();
-    let best = families.best(&sample.patch(), &[], &mut hopeless)?;
-    if best.reduced > FITS {
-        return None;
-    }
+    let Seeded { support, sample, best, hopeless } = start;
     let mut growth = Growth {
         scene,
         walk,
         families,
         sample,
-        support: start,
+        support,
         best,
         hopeless,
         fresh: true,
@@ -221,7 +250,7 @@ impl Growth<'_> {
         if stalled {
             self.hopeless.clear();
         }
-        match families.best(&sample.patch(), &[start], &mut self.hopeless) {
+        match families.best(&sample.patch(), &[start], &mut self.hopeless, FITS) {
             Some(next) => (self.best, self.fresh) = (next, true),
             None => return ControlFlow::Break(()),
         }

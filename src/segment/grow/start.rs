@@ -4,7 +4,7 @@ use crate::segment::grow::walk::Walk;
 use crate::segment::prepare::scene::Scene;
 
 /// Which connected points a start set takes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     /// Those whose chords lie in the tangent planes.
     Tangent,
