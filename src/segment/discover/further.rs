@@ -29,6 +29,7 @@ pub fn holds_surface(
     scene.sharpen_normals(sigma);
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let families = Families {
+        common: 0.0,
         allowed: Family::ALL.to_vec(),
         sigma,
         max_radius: MOST_RADIUS * extent,

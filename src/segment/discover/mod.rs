@@ -1,7 +1,6 @@
 //! Discovery on a scene: hypotheses, selection, relabelling, merging, types, rejection.
 
 pub mod further;
-pub mod loose;
 pub mod noise;
 
 use crate::segment::discover::noise::tighten;
@@ -9,8 +8,9 @@ use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::Search;
 use crate::segment::grow::select::select;
-use crate::segment::judge::form;
+use crate::segment::judge::form::{self, Looked};
 use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::judge::stability;
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::moves::adopt::adopt;
 use crate::segment::moves::converge;
@@ -20,6 +20,9 @@ use crate::segment::{Cancelled, Monitor, Parameters, Stage};
 
 /// Rounds over what is still without a surface.
 const PASSES: usize = 3;
+
+/// Points that must confirm that residuals go together: a coarse sample of many narrow faces looks like that too.
+const CONFIRMED: usize = 50_000;
 
 /// The same of what other surfaces leave: it gets the rest of its points back from them as labels settle.
 const LEFT: usize = 24;
@@ -40,7 +43,8 @@ pub fn discover(
     monitor: &dyn Monitor,
 ) -> Result<Partition, Cancelled> {
     let mut model = Partition { labels: vec![-1; scene.len()], ..Partition::default() };
-    let mut doubtful = false;
+    // Whether there is nothing but surfaces.
+    let mut all = true;
     let mut left = Left::of(scene.len());
     for pass in 0..PASSES {
         // What surfaces leave of their own is more than what a whole cloud must have.
@@ -50,12 +54,17 @@ pub fn discover(
         }
         let seed = parameters.seed ^ pass as u64;
         let (chosen, labels) = if pass == 0 {
-            let found = form::hypotheses(scene, families, seed, &mut model.trials, monitor)?;
-            let Some((found, suspected)) = found else {
-                model.form_error = true;
+            let dense = enough == 0 || scene.len() >= CONFIRMED;
+            let looked =
+                form::hypotheses(scene, families, seed, dense, &mut model.trials, monitor)?;
+            let Looked::Found(found, whole) = looked else {
+                model.thin = Some(enough / 2);
                 break;
             };
-            doubtful = suspected;
+            all = whole;
+            if families.common > 0.0 {
+                model.allowed = families.sigma;
+            }
             let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
             model.thin = thin(&labels, chosen.len(), enough, SLIVERS);
             (chosen, labels)
@@ -72,15 +81,11 @@ pub fn discover(
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
-        if std::mem::take(&mut doubtful) && form::is_seen(scene, &model, families.sigma) {
-            model.form_error = true;
-            break;
-        }
         model.thin = thin(&model.labels, model.shapes.len(), enough, FEWEST);
         if model.thin.is_some() {
             break;
         }
-        drop_unsound(scene, &mut model, families.sigma, pass + 1 == PASSES);
+        drop_unsound(scene, &mut model, families, pass + 1 == PASSES);
         if families.policy.merge {
             adopt(scene, &mut model, families.sigma);
         }
@@ -88,6 +93,9 @@ pub fn discover(
         if parameters.noise_sigma.is_none() {
             tighten(scene, &model, families);
         }
+    }
+    if !all {
+        model.spurious = stability::spurious(scene, families, &model.labels, model.shapes.len());
     }
     Ok(model)
 }
@@ -168,7 +176,7 @@ pub fn choose(
 
 /// Takes out regions that are parabolas, and, unless this is the `last` pass, those whose residuals are correlated:
 /// they bridge several surfaces, which the next pass finds one by one.
-fn drop_unsound(scene: &Scene, model: &mut Partition, sigma: f64, last: bool) {
+fn drop_unsound(scene: &Scene, model: &mut Partition, families: &Families, last: bool) {
     let groups = members(&model.labels, model.shapes.len());
     let keep: Vec<bool> = model
         .shapes
@@ -179,7 +187,12 @@ fn drop_unsound(scene: &Scene, model: &mut Partition, sigma: f64, last: bool) {
             let inside = |j: u32| model.labels[j as usize] == l as i32;
             !scene.cancelled()
                 && !is_parabolic(s)
-                && (last || !correlated(correlation(scene, s, g, sigma, inside), g.len()))
+                && (last
+                    || !correlated(
+                        correlation(scene, s, g, families.sigma, inside),
+                        families.common,
+                        g.len(),
+                    ))
         })
         .collect();
     for l in &mut model.labels {

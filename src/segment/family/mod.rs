@@ -7,13 +7,11 @@ use crate::fit::least_squares::{Fitted, Options, fit_below};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Parameters;
+use crate::segment::prepare::candidates::K;
 
 /// Largest radius, in extents of the scene: the sagitta of a face this much narrower than its radius is still seen
 /// through the noise of many points.
 pub const MOST_RADIUS: f64 = 1000.0;
-
-/// The same where surfaces have a form error, which bends what is straight that much.
-pub const MOST_RADIUS_OF_FORM: f64 = 20.0;
 
 /// Least radius of a torus about its axis, over that of its tube: below that a sphere is meant.
 const LEAST_TORUS: f64 = 0.02;
@@ -27,6 +25,9 @@ pub struct Families {
     pub sigma: f64,
     /// Sigma is never taken to be less: rounding of the input.
     pub floor: f64,
+    /// What residuals of neighbours have in common at true surfaces: nought where noise is independent, towards 1
+    /// where it is smooth. Decisions count only what points say anew: see [`Families::repeats`].
+    pub common: f64,
     /// Largest radius taken seriously; beyond it a plane is meant.
     pub max_radius: f64,
     /// Whether growth may start from a part of a neighbourhood, as narrow strips side by side need: with a form
@@ -80,6 +81,17 @@ impl Families {
         Self { policy, ..self.clone() }
     }
 
+    /// How many points say the same: a point and its neighbours of the graph, each of which repeats a share of its
+    /// residual.
+    pub fn repeats(&self) -> f64 {
+        1.0 + K as f64 * self.common
+    }
+
+    /// What `n` points say anew.
+    pub fn worth(&self, n: usize) -> usize {
+        (n as f64 / self.repeats()) as usize
+    }
+
     /// Whether a shape is too small, too large or too flat to mean anything at this noise.
     pub fn degenerate(&self, s: &Shape) -> bool {
         s.min_radius() < 6.0 * self.sigma
@@ -97,9 +109,15 @@ impl Families {
         Scored {
             shape,
             chi2,
-            bic: chi2 + shape.family.description_length(points.len()),
+            bic: chi2 / self.repeats() + shape.family.description_length(self.worth(points.len())),
             reduced: chi2 / (n - p).max(1.0),
         }
+    }
+
+    /// What points cost at a shape: their truncated chi2, as far as they say anything anew.
+    pub fn misfit(&self, shape: &Shape, points: &[Vec3]) -> f64 {
+        let inverse = 1.0 / (self.sigma * self.sigma);
+        Ruler::of(shape).truncated(points, inverse, 16.0) / self.repeats()
     }
 
     /// Robust fit of one family from `start`.

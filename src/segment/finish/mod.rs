@@ -3,18 +3,16 @@
 pub mod others;
 pub mod simplest;
 
-use crate::segment::finish::simplest::FEW;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::fit::Shape;
 use crate::fit::least_squares::{Columns, Normal, squares};
-use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
 use crate::segment::finish::simplest::simplest;
 use crate::segment::label::shares::Labelled;
-use crate::segment::median::deviation;
 use crate::segment::partition::Partition;
 
 /// Points of a region that its last iterated fit looks at; one step on all points follows.
@@ -26,9 +24,6 @@ const CHUNK: usize = 4096;
 /// Rise of the sample's chi2 for each degree of freedom that a step on all points may bring.
 const WORSE: f64 = 10.0;
 
-/// Cauchy's constant for residuals with a form error, in sigmas.
-const CAUCHY: f64 = 2.0;
-
 /// Fits every surface to all its points.
 ///
 /// A point beside a boundary counts for each surface it may belong to, by the posterior share of that label
@@ -36,8 +31,6 @@ const CAUCHY: f64 = 2.0;
 /// most of what is known about it. The fit iterates on a sample, then takes one Gauss-Newton step
 /// on all points, which is as good as iterating on all: the sample's fit is within a few sigmas over the
 /// root of its size of the end, and the step squares that.
-///
-/// Where surfaces have a form error, outliers of it are weighed down instead, and there is no such step.
 pub fn finish(
     points: &[Vec3],
     labelled: &Labelled,
@@ -50,10 +43,9 @@ pub fn finish(
     shapes.par_iter_mut().zip(&mut samples).for_each(|(s, (points, total))| {
         points.fill_up();
         points.centre();
-        let cauchy = model.form_error.then(|| CAUCHY * scatter(s, points).min(sigma));
-        *s = simplest(s, points, *total, sigma, cauchy, monitor);
+        *s = simplest(s, points, *total, sigma, monitor);
     });
-    if model.form_error || monitor.cancelled() {
+    if monitor.cancelled() {
         return;
     }
     let sums = normal_equations(points, labelled, shapes, monitor);
@@ -70,12 +62,6 @@ pub fn finish(
             *s = next;
         }
     }
-}
-
-/// Robust standard deviation of some of the points about a surface.
-fn scatter(shape: &Shape, points: &Columns) -> f64 {
-    let ruler = Ruler::of(shape);
-    deviation(points.thinned(FEW).iter().map(|p| ruler.distance(p))).unwrap_or(f64::INFINITY)
 }
 
 /// Each region's points and weights, thinned to the sample size, and its total weight.

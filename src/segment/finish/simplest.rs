@@ -34,10 +34,9 @@ pub fn simplest(
     points: &Columns,
     total: f64,
     sigma: f64,
-    cauchy: Option<f64>,
     monitor: &dyn Monitor,
 ) -> Shape {
-    let o = Options { cauchy, steps: 6, tolerance: 1e-7 };
+    let o = Options { cauchy: None, steps: 6, tolerance: 1e-7 };
     let fitted = |s: &Shape, steps| {
         (!monitor.cancelled()).then(|| fit_columns(s, points, &Options { steps, ..o }))?
     };
@@ -45,10 +44,10 @@ pub fn simplest(
     let few = points.thinned(FEW);
     let floor = f.mean_sq.max(sigma * sigma);
     let hopeless = |s: &Shape| {
-        let options = Options { cauchy, steps: 15, tolerance: 1e-3 };
+        let options = Options { cauchy: None, steps: 15, tolerance: 1e-3 };
         fit(s, &few, None, &options).is_none_or(|f| f.mean_sq > HOPELESS * floor)
     };
-    let mut simpler = nested(&f.shape, &points.origin(), cauchy.is_some());
+    let mut simpler = nested(&f.shape, &points.origin());
     simpler.retain(|s| !hopeless(s));
     if simpler.is_empty() {
         return f.shape;
@@ -63,11 +62,11 @@ pub fn simplest(
     };
     // How much of a form error is the family's is not for it to say.
     let within_form = |f: &Fitted, best: &Fitted| {
-        (cauchy.is_some() || inflation > DOUBLE)
-            && f.mean_sq < FORM * best.mean_sq.max(sigma * sigma)
+        inflation > DOUBLE && f.mean_sq < FORM * best.mean_sq.max(sigma * sigma)
     };
     let mut best = f;
-    for s in simpler {
+    let bent = |s: &Shape| is_straightened(shape, s) && inflation <= DOUBLE;
+    for s in simpler.into_iter().filter(|s| !bent(s)) {
         if let Some(f) = fitted(&s, 15)
             && (length(&f) < length(&best) || within_form(&f, &best))
         {
@@ -78,7 +77,7 @@ pub fn simplest(
 }
 
 /// Simpler shapes near this one where its points lie, for a start.
-fn nested(s: &Shape, centroid: &Vec3, form: bool) -> Vec<Shape> {
+fn nested(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
     let [a, b, c] = s.size;
     let o = s.offset(centroid);
     let plane = || {
@@ -91,13 +90,23 @@ fn nested(s: &Shape, centroid: &Vec3, form: bool) -> Vec<Shape> {
         Family::Cone => vec![round(Family::Cylinder, a.abs()), plane()],
         Family::EllipticCylinder => vec![round(Family::Cylinder, (a * b).sqrt()), plane()],
         Family::Ellipsoid => {
-            let mut simpler = if form { stretched(s, centroid) } else { Vec::new() };
+            let mut simpler = stretched(s, centroid);
             simpler.push(round(Family::Sphere, (a * b * c).cbrt()));
             simpler
         }
-        // A tube whose axis hardly bends, a sheet: with a form error, a cylinder and a plane.
-        Family::Torus if form => vec![straightened(s, centroid), plane()],
-        Family::Plane | Family::Torus => Vec::new(),
+        // A tube whose axis hardly bends, a sheet.
+        Family::Torus => vec![straightened(s, centroid), plane()],
+        Family::Plane => Vec::new(),
+    }
+}
+
+/// Whether a shape is what a form error alone bends to the other: a cylinder to an ellipsoid or a torus, a plane to a
+/// torus.
+fn is_straightened(bent: &Shape, straight: &Shape) -> bool {
+    match bent.family {
+        Family::Torus => true,
+        Family::Ellipsoid => straight.family != Family::Sphere,
+        _ => false,
     }
 }
 
@@ -143,19 +152,13 @@ mod tests {
             size: [1000.0, 10.0, 10.0],
         };
         let centroid = ellipsoid.origin + Vec3::new(600.0, 8.0, 0.0);
-        for form in [false, true] {
-            let simpler = nested(&ellipsoid, &centroid, form);
-            let families: Vec<Family> = simpler.iter().map(|s| s.family).collect();
-            if !form {
-                assert_eq!(families, [Family::Sphere]);
-                continue;
-            }
-            assert_eq!(families, [Family::EllipticCylinder, Family::Cylinder, Family::Sphere]);
-            for s in &simpler[..2] {
-                assert!((s.size[0] - 8.0).abs() < 1e-12, "{s:?}");
-                assert!(s.distance(&centroid).abs() < 1e-9, "{s:?}");
-                assert!(s.w().cross(&Vec3::x()).norm() < 1e-12, "{s:?}");
-            }
+        let simpler = nested(&ellipsoid, &centroid);
+        let families: Vec<Family> = simpler.iter().map(|s| s.family).collect();
+        assert_eq!(families, [Family::EllipticCylinder, Family::Cylinder, Family::Sphere]);
+        for s in &simpler[..2] {
+            assert!((s.size[0] - 8.0).abs() < 1e-12, "{s:?}");
+            assert!(s.distance(&centroid).abs() < 1e-9, "{s:?}");
+            assert!(s.w().cross(&Vec3::x()).norm() < 1e-12, "{s:?}");
         }
     }
 
@@ -177,7 +180,7 @@ mod tests {
             let origin = Vec3::new(0.0, 0.0, -radius);
             let size = [radius, 0.0, 0.0];
             let shape = Shape::with_axis(Family::Cylinder, origin, Vec3::y(), size);
-            simplest(&shape, &Columns::of(&points, None), n as f64, SIGMA, None, &Silent).family
+            simplest(&shape, &Columns::of(&points, None), n as f64, SIGMA, &Silent).family
         };
         let length = |f: Family| f.description_length(n);
         let dearer = length(Family::Cylinder) - length(Family::Plane);

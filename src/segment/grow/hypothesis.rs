@@ -221,7 +221,9 @@ impl Growth<'_> {
     fn fit_thoroughly(&mut self, shape: &Shape) -> ControlFlow<()> {
         let Self { scene, walk, families, support, .. } = self;
         let left = correlation(scene, shape, support, families.sigma, |j| walk.contains(j));
-        if self.thorough == 0 || left < WHITE + CHANCE / (support.len() as f64).sqrt() {
+        if self.thorough == 0
+            || left < families.common + WHITE + CHANCE / (support.len() as f64).sqrt()
+        {
             return ControlFlow::Break(());
         }
         self.thorough -= 1;
@@ -269,7 +271,8 @@ impl Growth<'_> {
         let (shape, support) = good?;
         walk.run(scene, &support, support.len(), |from, _| from.is_none());
         let correlation = correlation(scene, &shape, &support, sigma, |j| walk.contains(j));
-        let sound = !correlated(correlation, support.len()) && !is_parabolic(&shape);
+        let sound =
+            !correlated(correlation, families.common, support.len()) && !is_parabolic(&shape);
         Some(Hypothesis { shape, support, correlation, sound })
     }
 }

@@ -6,9 +6,9 @@ use crate::segment::prepare::scene::Scene;
 /// Correlation times the root of the number of points that chance seldom exceeds.
 pub const CHANCE: f64 = 1.5;
 
-/// Whether a correlation of residuals is more than chance gives for `n` points.
-pub fn correlated(correlation: f64, n: usize) -> bool {
-    correlation > 0.15 + CHANCE / (n.max(1) as f64).sqrt()
+/// Whether a correlation of the residuals of `n` points is more than chance and what is `common` to all surfaces give.
+pub fn correlated(correlation: f64, common: f64, n: usize) -> bool {
+    correlation > common + 0.15 + CHANCE / (n.max(1) as f64).sqrt()
 }
 
 /// The mean product of neighbouring residuals over their mean square, on a sample of `support`: near 0

@@ -55,10 +55,9 @@ impl Directions {
     /// What a plane costs beside its truncated chi2 on some points: its description length, or what the cheapest
     /// plane through them costs that is parallel to one known as well as [`asked`], which it nearly is.
     pub fn length(&self, plane: &Shape, points: &[Vec3], asked: f64, families: &Families) -> f64 {
-        let free = plane.family.description_length(points.len());
-        self.plane(points, &plane.w(), asked, families).map_or(free, |(_, cost)| {
-            (free + NEARLY).min(cost - families.score(*plane, points).chi2)
-        })
+        let free = plane.family.description_length(families.worth(points.len()));
+        self.plane(points, &plane.w(), asked, families)
+            .map_or(free, |(_, cost)| (free + NEARLY).min(cost - families.misfit(plane, points)))
     }
 
     /// The cheapest plane through some points that is parallel to one known as well as [`asked`], and what it costs:
@@ -77,8 +76,8 @@ impl Directions {
             .take(TRIED)
             .filter_map(|d| {
                 let plane = through(points, &d.normal, families.sigma)?;
-                let length = HEIGHT + (points.len() as f64).ln();
-                Some((plane, families.score(plane, points).chi2 + length))
+                let length = HEIGHT + (families.worth(points.len()).max(2) as f64).ln();
+                Some((plane, families.misfit(&plane, points) + length))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }

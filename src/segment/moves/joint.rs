@@ -49,7 +49,8 @@ pub fn sides(site: &Site<'_>) -> Option<Vec<Piece>> {
     let chance = CHANCE / (group.len().max(1) as f64).sqrt();
     let suspect = group.len() >= 2 * LEAST
         && shape.family.dof() > Family::Cylinder.dof()
-        && correlation(scene, shape, group, families.sigma, inside) > SUSPECT + chance;
+        && correlation(scene, shape, group, families.sigma, inside)
+            > families.common + SUSPECT + chance;
     if !suspect {
         return None;
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::fit::least_squares::{Options, fit};
-use crate::fit::{Family, Ruler, Shape};
+use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::moves::directions::{Directions, asked};
@@ -94,7 +94,6 @@ struct Pairs<'a> {
     touching: BTreeMap<(usize, usize), usize>,
     directions: Directions,
     families: &'a Families,
-    inverse: f64,
 }
 
 impl<'a> Pairs<'a> {
@@ -104,8 +103,7 @@ impl<'a> Pairs<'a> {
         let samples = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
         let touching = model.changes.borders();
         let directions = Directions::of(scene, shapes, &groups);
-        let inverse = 1.0 / (families.sigma * families.sigma);
-        Self { scene, shapes, groups, samples, touching, directions, families, inverse }
+        Self { scene, shapes, groups, samples, touching, directions, families }
     }
 
     /// Those that may be one surface: of one family wherever they lie, or neighbours.
@@ -130,11 +128,11 @@ impl<'a> Pairs<'a> {
     }
 
     fn cost(&self, s: &Shape, points: &[Vec3]) -> f64 {
-        Ruler::of(s).truncated(points, self.inverse, 16.0)
+        self.families.misfit(s, points)
     }
 
     fn is_sound(&self, s: &Shape, points: &[Vec3]) -> bool {
-        self.cost(s, points) <= SOUND * points.len() as f64
+        self.families.score(*s, points).chi2 <= SOUND * points.len() as f64
     }
 
     /// One surface for two regions, where it costs less than theirs.
@@ -145,7 +143,7 @@ impl<'a> Pairs<'a> {
         let needed = asked(&points, groups[a].len() + groups[b].len());
         let length = |s: &Shape, p: &[Vec3]| match s.family {
             Family::Plane => self.directions.length(s, p, needed, self.families),
-            family => family.description_length(points.len()),
+            family => family.description_length(self.families.worth(points.len())),
         };
         let alone = |k: usize| {
             let (s, p) = (&self.shapes[k], &samples[k]);
@@ -163,7 +161,9 @@ impl<'a> Pairs<'a> {
         }
         for (s, other) in [(sa, &samples[b]), (sb, &samples[a])] {
             // A surface that misses most of the other's points is no start for both.
-            if sa.family != sb.family && self.cost(s, other) > 8.0 * other.len() as f64 {
+            if sa.family != sb.family
+                && self.families.score(*s, other).chi2 > 8.0 * other.len() as f64
+            {
                 continue;
             }
             let cauchy = Some(4.0 * self.families.sigma);

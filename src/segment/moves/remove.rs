@@ -48,7 +48,15 @@ pub fn remove_needless(scene: &Scene, model: &mut Partition, families: &Families
         let moved =
             [(&around[b], SURFACE), (&elsewhere, 0.0)].into_iter().find_map(|(near, saved)| {
                 let kept = near.iter().copied().filter(|&a| keep[a]);
-                explained_by(scene, model, &groups[b], b, kept, length + saved, inverse)
+                explained_by(
+                    scene,
+                    model,
+                    &groups[b],
+                    b,
+                    kept,
+                    (length + saved) * families.repeats(),
+                    inverse,
+                )
             });
         if let Some(moved) = moved {
             keep[b] = false;
@@ -76,7 +84,7 @@ fn own_length(
     families: &Families,
 ) -> f64 {
     if s.family != Family::Plane {
-        return s.family.description_length(group.len());
+        return s.family.description_length(families.worth(group.len()));
     }
     let points = take(scene, group, usize::MAX);
     let whole: Vec<Vec3> = take(scene, group, 200).into_iter().chain(others).collect();

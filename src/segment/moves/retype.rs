@@ -43,7 +43,7 @@ pub fn retype(scene: &Scene, model: &mut Partition, families: &Families) -> usiz
 fn worth_trying(families: &Families, shape: &Shape, points: &[Vec3]) -> Option<Families> {
     let mut worth = families.clone();
     if families.explains(&families.score(*shape, points), points.len()) {
-        let length = |family: Family| family.description_length(points.len());
+        let length = |family: Family| family.description_length(families.worth(points.len()));
         let own = length(shape.family);
         worth.allowed.retain(|f| *f == shape.family || length(*f) < own);
         if worth.allowed.iter().all(|f| *f == shape.family) {

@@ -43,7 +43,7 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
                 }
                 let alone = around[r].is_empty();
                 let sigma = families.sigma;
-                let place = Place::new(scene, frozen, &rulers, r, &groups[r], slot, sigma);
+                let place = Place::new(scene, frozen, &rulers, r, &groups[r], slot, families);
                 let (mut least, mut winner) = Trial::new(&place).run(&current, sigma, true);
                 for c in candidates {
                     let (e, s) = Trial::new(&place).run(&c, sigma, !alone);
@@ -83,7 +83,7 @@ fn candidates(
         .filter(|s| {
             let boundary =
                 if is_apart(&current, &s.shape, &points, families.sigma) { BOUNDARY } else { 0.0 };
-            may_gain(&own, s, points.len(), group.len(), boundary)
+            may_gain(families, &own, s, points.len(), group.len(), boundary)
         })
         .map(|s| s.shape)
         .filter(|s| s.family != current.family)
@@ -121,7 +121,7 @@ fn on_more_points(
         families.score(shape, &points)
     };
     let own = refit(&model.shapes[region]);
-    let gains = |s: &Scored| may_gain(&own, s, points.len(), group.len(), BOUNDARY);
+    let gains = |s: &Scored| may_gain(families, &own, s, points.len(), group.len(), BOUNDARY);
     found.iter().map(refit).filter(gains).map(|s| s.shape).collect()
 }
 
@@ -171,9 +171,17 @@ fn is_apart(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
 ///
 /// A simpler one always may: leaked points, which make it look poor, would leave. A richer one must fit the
 /// interior better by about what it costs.
-fn may_gain(own: &Scored, candidate: &Scored, m: usize, n: usize, boundary: f64) -> bool {
-    let length = |s: &Scored| s.shape.family.description_length(n);
-    let (more, share) = (length(candidate) - length(own), n as f64 / m.max(1) as f64);
+fn may_gain(
+    families: &Families,
+    own: &Scored,
+    candidate: &Scored,
+    m: usize,
+    n: usize,
+    boundary: f64,
+) -> bool {
+    let length = |s: &Scored| s.shape.family.description_length(families.worth(n));
+    let (more, share) =
+        (length(candidate) - length(own), n as f64 / m.max(1) as f64 / families.repeats());
     more < 0.0 || (own.chi2 - candidate.chi2) * share + boundary > more
 }
 

@@ -177,7 +177,7 @@ fn a_trial_costs_least_with_the_true_surface_and_leaves_no_trace() {
     let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
     let group = &members(&model.labels, 2)[1];
     let mut slot = vec![0; scene.len()];
-    let place = Place::new(&scene, &model, &rulers, 1, group, &mut slot, SIGMA);
+    let place = Place::new(&scene, &model, &rulers, 1, group, &mut slot, &families());
     let cost = |shape: &Shape, refit| Trial::new(&place).run(shape, SIGMA, refit);
     let (truth, _) = cost(&shapes[1], false);
     // The residuals of the region and of three rings around it, each by its own surface, as nothing moves but

@@ -3,6 +3,7 @@
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
+use crate::segment::family::Families;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::labelling::Labelling;
 use crate::segment::moves::settle::is_another;
@@ -60,6 +61,8 @@ pub struct Place<'a> {
     /// Whether all of a point's neighbours belong to the region, as itself does.
     inside: Vec<bool>,
     inverse: f64,
+    /// How many points say the same.
+    repeats: f64,
 }
 
 impl<'a> Place<'a> {
@@ -71,8 +74,9 @@ impl<'a> Place<'a> {
         region: usize,
         group: &[u32],
         slot: &'a mut [u32],
-        sigma: f64,
+        families: &Families,
     ) -> Self {
+        let (sigma, repeats) = (families.sigma, families.repeats());
         let (labels, inverse) = (&model.labels[..], 1.0 / (sigma * sigma));
         let region = region as i32;
         let points = affected(scene, group, slot);
@@ -86,7 +90,7 @@ impl<'a> Place<'a> {
         }
         let inside = |&i: &u32| scene.neighbours(i as usize).iter().all(|&j| own(j) == region);
         let inside = points.iter().enumerate().map(|(k, i)| k < group.len() && inside(i)).collect();
-        Self { scene, labels, rulers, region, points, slot, at, costs, inside, inverse }
+        Self { scene, labels, rulers, region, points, slot, at, costs, inside, inverse, repeats }
     }
 
     /// Leaves `slot` as it was.
@@ -235,10 +239,12 @@ impl<'a> Trial<'a> {
     fn energy(&self, shape: &Shape) -> f64 {
         let place = self.place;
         let count = self.labels.iter().filter(|l| **l == place.region).count();
-        let mut e = shape.family.description_length(count);
+        let worth = (count as f64 / place.repeats) as usize;
+        let mut length = shape.family.description_length(worth);
         if count < 20 {
-            e += SURFACE;
+            length += SURFACE;
         }
+        let mut e = 0.0;
         for (k, &l) in self.labels.iter().enumerate() {
             e += if l == place.region {
                 self.distances[k].powi(2) * place.inverse
@@ -250,6 +256,6 @@ impl<'a> Trial<'a> {
                 UNASSIGNED
             };
         }
-        e
+        e / place.repeats + length
     }
 }

@@ -20,6 +20,7 @@ pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> 
     let normals: Vec<Vec3> = points.iter().map(|p| shape.offset(p).normal).collect();
     let others = Family::ALL.into_iter().filter(|f| *f != shape.family && *f != Family::Torus);
     let families = Families {
+        common: 0.0,
         allowed: others.collect(),
         sigma,
         floor: 0.0,

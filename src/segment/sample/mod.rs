@@ -11,23 +11,11 @@ use crate::segment::{Monitor, Parameters, SegmentError, partition};
 /// Points that surfaces are first looked for on.
 const COARSE: usize = 25_000;
 
-/// Points that must confirm a form error before surfaces with one are looked for: a coarse sample of many narrow
-/// faces looks like that too.
-const CONFIRMED: usize = 50_000;
-
-/// Points that surfaces with a form error are looked for on. It is the same for all points nearby: more of them
-/// tell no more about the surface, but make its waves look like surfaces of their own.
-const FORM: usize = 11_000;
-
 /// Points that surfaces are looked for on where the others are too thin for what is there.
 const FINE: usize = 320_000;
 
 /// Points of the sample that every surface must have for the sample to count as dense enough.
 const DENSE_ENOUGH: usize = 200;
-
-/// Share of a sample that surfaces with a form error must explain to be believed although a fine sample might
-/// show that there is none.
-const SEEN: f64 = 0.9;
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
 pub fn discover_on_samples<'a>(
@@ -40,65 +28,22 @@ pub fn discover_on_samples<'a>(
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
-    let look = |size, enough| discover(points, size, None, enough, parameters, monitor);
+    let look = |size, enough| discover(points, size, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
     let mut size = if points.len() <= 2 * COARSE { points.len() } else { COARSE };
-    let mut formed: Option<Discovery> = None;
-    let mut thinner = Thinner::None;
     loop {
         let found = look(size, if size < most { DENSE_ENOUGH } else { 0 })?;
         if let Some(few) = found.model.thin {
-            thinner = Thinner::Glanced(size);
             size = denser(size, few, points.len());
-        } else if found.model.form_error {
-            // What explained a thinner sample without a form error needs none.
-            let thin = match std::mem::replace(&mut thinner, Thinner::None) {
-                Thinner::None => None,
-                Thinner::Found(thin) => Some(*thin),
-                Thinner::Glanced(size) => Some(look(size, 0)?),
-            };
-            if let Some(thin) = thin.filter(|t| !t.model.form_error && t.model.explained() > SEEN) {
-                return label(thin);
-            }
-            if let Some(formed) = formed {
-                return label(formed);
-            }
-            if size < most.min(CONFIRMED) {
-                size = CONFIRMED;
-                continue;
-            }
-            let loose = discover(points, FORM, Some(found.noise), 0, parameters, monitor)?;
-            if size >= most || loose.model.explained() > SEEN {
-                return label(loose);
-            }
-            // Narrow faces that are crowded on a coarse sample are not on a fine one.
-            (formed, size) = (Some(loose), FINE);
-        } else if let Some(formed) =
-            formed.take_if(|f| f.model.explained() > found.model.explained())
-        {
-            return label(formed);
         } else if size >= most {
             return label(found);
         } else {
             match judge(points, &found, parameters, monitor)? {
                 Judged::Enough(labelled) => return Ok((found, labelled)),
-                Judged::Thin(least) => {
-                    size = denser(size, least, points.len());
-                    thinner = Thinner::Found(Box::new(found));
-                }
+                Judged::Thin(least) => size = denser(size, least, points.len()),
             }
         }
     }
-}
-
-/// What a thinner sample gave.
-enum Thinner<'a> {
-    /// There was none.
-    None,
-    /// A glance at a sample of so many points.
-    Glanced(usize),
-    /// Surfaces.
-    Found(Box<Discovery<'a>>),
 }
 
 /// The size of the next sample of `n` points after one of `size`, of which surfaces had as `few`.
