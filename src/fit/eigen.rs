@@ -114,6 +114,10 @@ impl<const D: usize> Tridiagonal<D> {
         }
         for _ in 0..STEPS {
             let (slope, bend) = self.log_derivatives(x);
+            // At the root, and by rounding below it.
+            if slope.is_nan() || slope <= 0.0 {
+                break;
+            }
             let spread = ((n - 1.0) * (n * bend - slope * slope)).max(0.0).sqrt();
             let step = n / (slope + spread);
             if !step.is_finite() || x - step >= x {

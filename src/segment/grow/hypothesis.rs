@@ -71,6 +71,18 @@ pub fn grow(
     seed: usize,
     min_points: usize,
 ) -> Option<Hypothesis> {
+    let grown = from_any_start(scene, walk, families, seed, min_points);
+    scene.work.spend(walk.take_visited());
+    grown
+}
+
+fn from_any_start(
+    scene: &Scene,
+    walk: &mut Walk,
+    families: &Families,
+    seed: usize,
+    min_points: usize,
+) -> Option<Hypothesis> {
     let starts = STARTS.iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
     // What does not explain the nearest points explains no more of them.
     let (start, most, _) = NEAREST;
@@ -111,6 +123,9 @@ struct Seeded {
 const FEW: usize = 40;
 /// Mean square from a quadric, over that of a surface that may be the points', beyond which none is near them.
 const CLEARLY: f64 = 5.0;
+/// Points visited in the time that it takes to try every family on a sample, and to fit one.
+const TRIED: u64 = 6000;
+const FITTED: u64 = 1000;
 /// Squares of residuals are cut at this many of sigma's.
 const CUT: f64 = 16.0;
 
@@ -121,6 +136,7 @@ impl Seeded {
         sample.take(scene, &support, FIT_SAMPLE);
         let mut hopeless = Vec::new();
         let n = support.len();
+        scene.work.spend(TRIED / 2);
         if n <= FEW {
             let outliers = (FITS * n as f64 / CUT) as usize;
             let reach = CLEARLY * FITS * families.sigma * families.sigma;
@@ -157,6 +173,7 @@ fn grow_from(
         support,
         best,
         hopeless,
+        expanded: 0,
         fresh: true,
         thorough: THOROUGH,
         good: None,
@@ -179,6 +196,8 @@ struct Growth<'a> {
     families: &'a Families,
     sample: Sample,
     support: Vec<u32>,
+    /// Points of the support, the first ones, whose neighbours were looked at for this surface or a like one.
+    expanded: usize,
     best: Scored,
     /// Families that do not explain the points so far.
     hopeless: Vec<Family>,
@@ -197,13 +216,16 @@ impl Growth<'_> {
         let shape = self.best.shape;
         let limit = (self.support.len() * 2).max(40);
         let reach = REACH * self.families.sigma;
-        let next = self.walk.near(self.scene, &self.support, limit, &Ruler::of(&shape), reach);
+        // What was beyond the surface before may lie on another one.
+        let from = (&self.support[..], if self.fresh { 0 } else { self.expanded });
+        let next = self.walk.near(self.scene, from, limit, &Ruler::of(&shape), reach);
         if next.len() < min_points.min(20) {
             return ControlFlow::Break(());
         }
         let stalled = next.len() * 20 < self.support.len() * 21;
         self.support.clear();
         self.support.extend_from_slice(next);
+        self.expanded = self.walk.expanded();
         if stalled && self.fresh {
             return self.fit_thoroughly(&shape);
         }
@@ -228,6 +250,7 @@ impl Growth<'_> {
         }
         self.thorough -= 1;
         self.sample.take(scene, support, THOROUGH_SAMPLE);
+        scene.work.spend(2 * TRIED);
         match families.thorough(&self.sample.patch(), shape, &self.hopeless) {
             Some(found) => self.best = found,
             None => return ControlFlow::Break(()),
@@ -239,6 +262,7 @@ impl Growth<'_> {
     fn fit(&mut self, shape: &Shape, stalled: bool) -> ControlFlow<()> {
         let Self { scene, families, support, sample, .. } = self;
         sample.take(scene, support, FIT_SAMPLE);
+        scene.work.spend(FITTED);
         let points = &sample.points;
         let warm = families
             .polish(shape, points, 12)
@@ -252,6 +276,7 @@ impl Growth<'_> {
         if stalled {
             self.hopeless.clear();
         }
+        scene.work.spend(TRIED);
         match families.best(&sample.patch(), &[start], &mut self.hopeless, FITS) {
             Some(next) => (self.best, self.fresh) = (next, true),
             None => return ControlFlow::Break(()),
@@ -265,7 +290,8 @@ impl Growth<'_> {
         let sigma = families.sigma;
         if best.reduced < GOOD {
             let ruler = Ruler::of(&best.shape);
-            let support = walk.near(scene, &support, usize::MAX, &ruler, REACH * sigma).to_vec();
+            let support =
+                walk.near(scene, (&support, 0), usize::MAX, &ruler, REACH * sigma).to_vec();
             good = Some((best.shape, support));
         }
         let (shape, support) = good?;

@@ -25,6 +25,17 @@ const LOOK_BACK: usize = 64;
 /// New points a seed of those batches below which it ends: what is left is noise, freeform or clutter.
 const LEAST_YIELD: usize = 2;
 
+/// Points that a search may visit for each of a scene's, and beside that: several times what searches for surfaces
+/// need, which is 20 to 60 and as many as a few dozen of seeds visit. Only where hardly anything grows, or everything
+/// a little, it is more.
+const VISITS: u64 = 400;
+const VISITS_BESIDE: u64 = 1_000_000;
+
+/// The work that a search on so many points may be.
+pub fn allowance(points: usize) -> u64 {
+    VISITS_BESIDE + VISITS * points as u64
+}
+
 /// Points a hypothesis needs to be kept, unless surfaces may have fewer.
 pub const MIN_SUPPORT: usize = 30;
 
@@ -49,7 +60,7 @@ impl<'a> Search<'a> {
     }
 
     /// Grows hypotheses until every point is covered or has been tried, `most` seeds were tried or what was found
-    /// so far is `enough`. In the order of their seeds.
+    /// so far is `enough`, or the work comes to more than is allowed for so many points. In the order of their seeds.
     ///
     /// # Errors
     /// `monitor` cancelled the work.
@@ -61,6 +72,7 @@ impl<'a> Search<'a> {
     ) -> Result<Vec<Hypothesis>, Cancelled> {
         let Self { scene, families, most, .. } = *self;
         let before = trials.0;
+        let allowed = scene.work.done() + allowance(scene.len());
         let least = MIN_SUPPORT.min(families.policy.least);
         let mut seeds = Seeds::new(scene, self.seed, self.vain);
         let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(scene.len())).collect();
@@ -70,6 +82,10 @@ impl<'a> Search<'a> {
             monitor.check()?;
             let batch = seeds.draw();
             if batch.is_empty() {
+                break;
+            }
+            if scene.work.done() > allowed {
+                scene.work.leave();
                 break;
             }
             let grown: Vec<Option<Hypothesis>> = batch
@@ -92,6 +108,14 @@ impl<'a> Search<'a> {
             if yields.is_least(batch.len(), newly) || enough(&out) {
                 break;
             }
+        }
+            eprintln!(
+                "search n {} work a point {:.1} beside {:.0} left {}",
+                scene.len(),
+                (scene.work.done() + allowance(scene.len()) - allowed) as f64 / scene.len() as f64,
+                (scene.work.done() + allowance(scene.len()) - allowed) as f64,
+                scene.work.is_left()
+            );
         }
         Ok(out)
     }

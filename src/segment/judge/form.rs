@@ -6,7 +6,7 @@
 
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
-use crate::segment::grow::search::Search;
+use crate::segment::grow::search::{Search, allowance};
 use crate::segment::judge::stability::judged;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
@@ -78,7 +78,13 @@ pub fn hypotheses(
     }
     let noise = families.sigma;
     let (mut best, mut most) = (None, LEAST);
+    // All levels together may be as much work as two searches.
+    let allowed = scene.work.done() + 2 * allowance(scene.len());
     for level in 0..LEVELS {
+        if scene.work.done() > allowed {
+            scene.work.leave();
+            break;
+        }
         let sigma = noise * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
         let few = Search { most: LOOK, ..Search::new(scene, &looser, seed) };
