@@ -2,13 +2,14 @@
 //! orthogonal-distance least squares and their uncertainty.
 
 mod columns;
+pub mod constant;
 mod constrained;
-mod covariance;
+pub(crate) mod covariance;
 mod direct;
 mod eigen;
 #[cfg(test)]
 pub(crate) mod fits;
-mod general;
+pub(crate) mod general;
 mod kernels;
 pub mod least_squares;
 mod linearised;
@@ -17,7 +18,7 @@ mod loss;
 mod near_quadric;
 mod normal;
 mod rcond;
-mod retraction;
+pub(crate) mod retraction;
 mod ruler;
 mod scaled;
 mod scatter;

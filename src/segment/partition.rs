@@ -8,7 +8,7 @@ use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::label::changes::Changes;
 use crate::segment::moves::memo::Memo;
-use crate::segment::objective::UNASSIGNED;
+use crate::segment::objective::unassigned;
 use crate::segment::prepare::scene::Scene;
 
 /// Points whose costs are summed at once.
@@ -57,8 +57,8 @@ impl Partition {
         let inverse = 1.0 / (sigma * sigma);
         let rulers: Vec<Ruler> = self.shapes.iter().map(Ruler::of).collect();
         let cost = |(p, &l): (&Vec3, &i32)| match usize::try_from(l) {
-            Ok(l) => (rulers[l].distance(p).powi(2) * inverse).min(UNASSIGNED),
-            Err(_) => UNASSIGNED,
+            Ok(l) => (rulers[l].distance(p).powi(2) * inverse).min(unassigned()),
+            Err(_) => unassigned(),
         };
         // in chunks of one size, so that the sum does not depend on the number of threads
         let chunks = scene.points.par_chunks(CHUNK).zip(self.labels.par_chunks(CHUNK));

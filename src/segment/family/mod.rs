@@ -1,20 +1,35 @@
 //! Which family explains a set of points best.
 
-mod screening;
-mod starts;
+pub mod screening;
+pub mod starts;
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Fitted, Options, fit_below};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Parameters;
+use crate::segment::objective::unassigned;
 use crate::segment::prepare::candidates::K;
 
-/// Largest radius, in extents of the scene: the sagitta of a face this much narrower than its radius is still seen
-/// through the noise of many points.
-pub const MOST_RADIUS: f64 = 1000.0;
-
-/// Least radius of a torus about its axis, over that of its tube: below that a sphere is meant.
-const LEAST_TORUS: f64 = 0.02;
+constants! {
+    /// Largest radius, in extents of the scene: the sagitta of a face this much narrower than its radius is still seen
+    /// through the noise of many points.
+    pub MOST_RADIUS: f64 = 1000.0, Trial(1000.0, 1000.0);
+    /// Least radius of a torus about its axis, over that of its tube: below that a sphere is meant.
+    LEAST_TORUS: f64 = 0.02, Trial(0.02, 0.02);
+    /// Points that a surface must explain, unless regions may have fewer.
+    LEAST: usize = 40, Trial(40.0, 40.0);
+    /// Least radius in sigmas: what bends more is as thick as the noise.
+    LEAST_RADIUS: f64 = 6.0, Trial(6.0, 6.0);
+    /// Least half angle of a cone, in radians: below that a cylinder is meant.
+    LEAST_ANGLE: f64 = 1e-4, Trial(0.0001, 0.0001);
+    /// Cauchy's constant of fits while surfaces are looked for, in sigmas: 2.385 has an efficiency of 95 % on normal noise.
+    pub ROBUST: f64 = 2.5, Trial(2.5, 2.5);
+    /// Share of its cost by which a step of such a fit must lower it.
+    ROUGHLY: f64 = 1e-3, Effort("steps of one fit");
+    /// Standard deviations of the reduced chi2 of pure noise up to which a surface explains its points.
+    EXPLAINS: f64 = 1.5, Trial(1.5, 1.5);
+}
 
 /// What may be fitted, and how exact the points are.
 #[derive(Clone, Debug)]
@@ -50,14 +65,11 @@ pub struct Policy {
     pub least: usize,
 }
 
-/// Points that a surface must explain, unless regions may have fewer.
-const LEAST: usize = 40;
-
 impl Policy {
     /// The policy that `parameters` ask for.
     pub fn of(parameters: &Parameters) -> Self {
         let Parameters { merge, refine, max_failed_seeds, min_points, .. } = *parameters;
-        Self { merge, refine, failures: max_failed_seeds, least: min_points.min(LEAST) }
+        Self { merge, refine, failures: max_failed_seeds, least: min_points.min(LEAST.get()) }
     }
 }
 
@@ -94,17 +106,17 @@ impl Families {
 
     /// Whether a shape is too small, too large or too flat to mean anything at this noise.
     pub fn degenerate(&self, s: &Shape) -> bool {
-        s.min_radius() < 6.0 * self.sigma
+        s.min_radius() < LEAST_RADIUS.get() * self.sigma
             || s.max_radius() > self.max_radius
-            || (s.family == Family::Cone && s.size[1].abs() < 1e-4)
+            || (s.family == Family::Cone && s.size[1].abs() < LEAST_ANGLE.get())
             || (s.family == Family::Torus
-                && s.size[0] < (6.0 * self.sigma).max(LEAST_TORUS * s.size[1]))
+                && s.size[0] < (LEAST_RADIUS.get() * self.sigma).max(LEAST_TORUS.get() * s.size[1]))
     }
 
     /// Scores a shape on points.
     pub fn score(&self, shape: Shape, points: &[Vec3]) -> Scored {
         let inverse = 1.0 / (self.sigma * self.sigma);
-        let chi2 = Ruler::of(&shape).truncated(points, inverse, 16.0);
+        let chi2 = Ruler::of(&shape).truncated(points, inverse, unassigned());
         let (n, p) = (points.len() as f64, shape.family.dof() as f64);
         Scored {
             shape,
@@ -114,10 +126,15 @@ impl Families {
         }
     }
 
+    /// The truncated chi2 with which a family comes to this BIC on `n` points.
+    fn chi2_of(&self, bic: f64, family: Family, n: usize) -> f64 {
+        (bic - family.description_length(self.worth(n))) * self.repeats()
+    }
+
     /// What points cost at a shape: their truncated chi2, as far as they say anything anew.
     pub fn misfit(&self, shape: &Shape, points: &[Vec3]) -> f64 {
         let inverse = 1.0 / (self.sigma * self.sigma);
-        Ruler::of(shape).truncated(points, inverse, 16.0) / self.repeats()
+        Ruler::of(shape).truncated(points, inverse, unassigned()) / self.repeats()
     }
 
     /// Robust fit of one family from `start`.
@@ -134,12 +151,13 @@ impl Families {
         steps: usize,
         most: f64,
     ) -> Option<Fitted> {
-        let options = Options { cauchy: Some(2.5 * self.sigma), steps, tolerance: 1e-3 };
+        let cauchy = Some(ROBUST.get() * self.sigma);
+        let options = Options { cauchy, steps, tolerance: ROUGHLY.get() };
         fit_below(start, points, &options, most * self.sigma * self.sigma)
     }
 
     /// Whether a score is what noise alone would give.
     pub fn explains(&self, s: &Scored, n: usize) -> bool {
-        s.reduced < 1.0 + 1.5 * (2.0 / n as f64).sqrt()
+        s.reduced < 1.0 + EXPLAINS.get() * (2.0 / n as f64).sqrt()
     }
 }

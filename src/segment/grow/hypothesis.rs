@@ -2,26 +2,52 @@
 
 use std::ops::ControlFlow;
 
+use crate::fit::constant::constants;
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Ruler, Shape, may_hold};
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
-use crate::segment::grow::start::{NEAREST, STARTS, Start, start_set};
+use crate::segment::grow::start::{Start, nearest, start_set, starts};
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::judge::whiteness::{CHANCE, correlated, correlation};
+use crate::segment::objective::unassigned;
 use crate::segment::prepare::scene::Scene;
 
-/// Points a fit during growth looks at.
-const FIT_SAMPLE: usize = 400;
-
-/// Points that a fit looks at where growth ends although residuals are correlated, and how often it may.
-const THOROUGH_SAMPLE: usize = 1200;
-
-const THOROUGH: usize = 3;
-
-/// Support reaches this many sigmas from the surface.
-const REACH: f64 = 3.0;
+constants! {
+    /// Points a fit during growth looks at.
+    FIT_SAMPLE: usize = 400, Effort("points of one fit");
+    /// Points that a fit looks at where growth ends although residuals are correlated.
+    THOROUGH_SAMPLE: usize = 1200, Effort("points of one fit");
+    /// How often growth may end so.
+    THOROUGH: usize = 3, Effort("thorough fits of one growth");
+    /// Support reaches this many sigmas from the surface.
+    REACH: f64 = 3.0, Trial(3.0, 3.0);
+    /// Reduced chi2 up to which a surface may be the points'.
+    FITS: f64 = 2.0, Trial(2.0, 2.0);
+    /// Reduced chi2 up to which a surface is good enough to be kept.
+    GOOD: f64 = 1.35, Trial(1.35, 1.35);
+    /// Times that a support grows at most.
+    TIMES: usize = 40, Effort("rounds of one growth");
+    /// Correlation of residuals up to which growth may end, beside chance.
+    WHITE: f64 = 0.08, Trial(0.08, 0.08);
+    /// Points that a growing support may have at least.
+    GROWTH: usize = 40, Effort("points of the first rounds");
+    /// Points below which a support has slid off its surface.
+    LOST: usize = 20, Trial(20.0, 20.0);
+    /// Growth of a support below which it has stalled.
+    STALLED: f64 = 1.05, Effort("rounds of one growth");
+    /// Start sets up to so many points are first looked at for any quadric: larger ones may have too many outliers.
+    FEW: usize = 40, Effort("start sets that are looked at twice");
+    /// Mean square from a quadric, over that of a surface that may be the points', beyond which none is near them.
+    CLEARLY: f64 = 5.0, Effort("start sets that every family is fitted to");
+    /// Points visited in the time that it takes to try every family on a sample.
+    TRIED: usize = 6000, Effort("work that is allowed");
+    /// The same to fit one.
+    FITTED: usize = 1000, Effort("work that is allowed");
+    /// Steps of a fit that goes on.
+    STEPS: usize = 12, Effort("steps of one fit");
+}
 
 /// A surface grown from one seed and the connected points near it.
 #[derive(Clone, Debug)]
@@ -83,13 +109,13 @@ fn from_any_start(
     seed: usize,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    let starts = STARTS.iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
+    let starts = starts().into_iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
     // What does not explain the nearest points explains no more of them.
-    let (start, most, _) = NEAREST;
-    let nearest = start_set(scene, walk, seed, start, most, families.sigma);
+    let (nearest_start, nearest_most, _) = nearest();
+    let nearest = start_set(scene, walk, seed, nearest_start, nearest_most, families.sigma);
     let mut core = Some(Seeded::of(scene, families, nearest.clone()));
-    for &(start, most, least) in starts {
-        let begun = if (start, most) == (NEAREST.0, NEAREST.1) {
+    for (start, most, least) in starts {
+        let begun = if (start, most) == (nearest_start, nearest_most) {
             core.take().flatten().filter(|s| s.support.len() >= least.min(min_points))
         } else if matches!(start, Start::Tangent) && core.as_ref().is_none_or(Option::is_none) {
             None
@@ -119,43 +145,25 @@ struct Seeded {
     hopeless: Vec<Family>,
 }
 
-/// Start sets up to so many points are first looked at for any quadric: larger ones may have too many outliers.
-const FEW: usize = 40;
-/// Mean square from a quadric, over that of a surface that may be the points', beyond which none is near them.
-const CLEARLY: f64 = 5.0;
-/// Points visited in the time that it takes to try every family on a sample, and to fit one.
-const TRIED: u64 = 6000;
-const FITTED: u64 = 1000;
-/// Squares of residuals are cut at this many of sigma's.
-const CUT: f64 = 16.0;
-
 impl Seeded {
     /// The surface of any family that explains a start set.
     fn of(scene: &Scene, families: &Families, support: Vec<u32>) -> Option<Self> {
         let mut sample = Sample::default();
-        sample.take(scene, &support, FIT_SAMPLE);
+        sample.take(scene, &support, FIT_SAMPLE.get());
         let mut hopeless = Vec::new();
         let n = support.len();
-        scene.work.spend(TRIED / 2);
-        if n <= FEW {
-            let outliers = (FITS * n as f64 / CUT) as usize;
-            let reach = CLEARLY * FITS * families.sigma * families.sigma;
+        scene.work.spend(TRIED.get() as u64 / 2);
+        if n <= FEW.get() {
+            let outliers = (FITS.get() * n as f64 / unassigned()) as usize;
+            let reach = CLEARLY.get() * FITS.get() * families.sigma * families.sigma;
             if !may_hold(&sample.points, outliers, reach) {
                 hopeless.extend(Family::ALL.into_iter().filter(|f| *f != Family::Torus));
             }
         }
-        let best = families.best(&sample.patch(), &[], &mut hopeless, FITS)?;
-        (best.reduced <= FITS).then_some(Self { support, sample, best, hopeless })
+        let best = families.best(&sample.patch(), &[], &mut hopeless, FITS.get())?;
+        (best.reduced <= FITS.get()).then_some(Self { support, sample, best, hopeless })
     }
 }
-
-/// Reduced chi2 up to which a surface may be the points', and one up to which it is good enough to be kept.
-const FITS: f64 = 2.0;
-const GOOD: f64 = 1.35;
-/// Times that a support grows at most.
-const TIMES: usize = 40;
-/// Correlation of residuals up to which growth may end, beside chance.
-const WHITE: f64 = 0.08;
 
 fn grow_from(
     scene: &Scene,
@@ -175,10 +183,10 @@ fn grow_from(
         hopeless,
         expanded: 0,
         fresh: true,
-        thorough: THOROUGH,
+        thorough: THOROUGH.get(),
         good: None,
     };
-    for _ in 0..TIMES {
+    for _ in 0..TIMES.get() {
         if scene.cancelled() {
             return None;
         }
@@ -214,15 +222,15 @@ impl Growth<'_> {
     /// are no more.
     fn step(&mut self, min_points: usize) -> ControlFlow<()> {
         let shape = self.best.shape;
-        let limit = (self.support.len() * 2).max(40);
-        let reach = REACH * self.families.sigma;
+        let limit = (self.support.len() * 2).max(GROWTH.get());
+        let reach = REACH.get() * self.families.sigma;
         // What was beyond the surface before may lie on another one.
         let from = (&self.support[..], if self.fresh { 0 } else { self.expanded });
         let next = self.walk.near(self.scene, from, limit, &Ruler::of(&shape), reach);
-        if next.len() < min_points.min(20) {
+        if next.len() < min_points.min(LOST.get()) {
             return ControlFlow::Break(());
         }
-        let stalled = next.len() * 20 < self.support.len() * 21;
+        let stalled = (next.len() as f64) < STALLED.get() * self.support.len() as f64;
         self.support.clear();
         self.support.extend_from_slice(next);
         self.expanded = self.walk.expanded();
@@ -230,9 +238,9 @@ impl Growth<'_> {
             return self.fit_thoroughly(&shape);
         }
         self.fit(&shape, stalled)?;
-        if self.best.reduced < GOOD {
+        if self.best.reduced < GOOD.get() {
             self.good = Some((self.best.shape, self.support.clone()));
-        } else if self.best.reduced > FITS {
+        } else if self.best.reduced > FITS.get() {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
@@ -244,13 +252,13 @@ impl Growth<'_> {
         let Self { scene, walk, families, support, .. } = self;
         let left = correlation(scene, shape, support, families.sigma, |j| walk.contains(j));
         if self.thorough == 0
-            || left < families.common + WHITE + CHANCE / (support.len() as f64).sqrt()
+            || left < families.common + WHITE.get() + CHANCE.get() / (support.len() as f64).sqrt()
         {
             return ControlFlow::Break(());
         }
         self.thorough -= 1;
-        self.sample.take(scene, support, THOROUGH_SAMPLE);
-        scene.work.spend(2 * TRIED);
+        self.sample.take(scene, support, THOROUGH_SAMPLE.get());
+        scene.work.spend(2 * TRIED.get() as u64);
         match families.thorough(&self.sample.patch(), shape, &self.hopeless) {
             Some(found) => self.best = found,
             None => return ControlFlow::Break(()),
@@ -261,11 +269,11 @@ impl Growth<'_> {
     /// Fits the surface to the points, or any family where it does not explain them or growth has `stalled`.
     fn fit(&mut self, shape: &Shape, stalled: bool) -> ControlFlow<()> {
         let Self { scene, families, support, sample, .. } = self;
-        sample.take(scene, support, FIT_SAMPLE);
-        scene.work.spend(FITTED);
+        sample.take(scene, support, FIT_SAMPLE.get());
+        scene.work.spend(FITTED.get() as u64);
         let points = &sample.points;
         let warm = families
-            .polish(shape, points, 12)
+            .polish(shape, points, STEPS.get())
             .map(|f| families.score(f.shape, points))
             .filter(|s| !families.degenerate(&s.shape));
         if let Some(w) = warm.filter(|w| !stalled && families.explains(w, points.len())) {
@@ -276,8 +284,8 @@ impl Growth<'_> {
         if stalled {
             self.hopeless.clear();
         }
-        scene.work.spend(TRIED);
-        match families.best(&sample.patch(), &[start], &mut self.hopeless, FITS) {
+        scene.work.spend(TRIED.get() as u64);
+        match families.best(&sample.patch(), &[start], &mut self.hopeless, FITS.get()) {
             Some(next) => (self.best, self.fresh) = (next, true),
             None => return ControlFlow::Break(()),
         }
@@ -288,10 +296,10 @@ impl Growth<'_> {
     fn end(self) -> Option<Hypothesis> {
         let Self { scene, walk, families, support, best, mut good, .. } = self;
         let sigma = families.sigma;
-        if best.reduced < GOOD {
+        if best.reduced < GOOD.get() {
             let ruler = Ruler::of(&best.shape);
             let support =
-                walk.near(scene, (&support, 0), usize::MAX, &ruler, REACH * sigma).to_vec();
+                walk.near(scene, (&support, 0), usize::MAX, &ruler, REACH.get() * sigma).to_vec();
             good = Some((best.shape, support));
         }
         let (shape, support) = good?;

@@ -4,6 +4,7 @@
 //! on one ends with the same points once it reckons with the whole of the noise. On freeform each hypothesis slides to
 //! where its seed lay, at any scatter.
 
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::{Search, allowance};
@@ -11,28 +12,31 @@ use crate::segment::judge::stability::judged;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
-/// Hypotheses after which the form of a scene is first judged.
-const FORM_SAMPLE: usize = 16;
+constants! {
+    /// Hypotheses after which the form of a scene is first judged.
+    FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
+    /// Typical correlation of hypotheses from which on neighbours' residuals go together all over a scene: where noise
+    /// is independent, chance and those that bridge several surfaces leave it below 0.03.
+    COMMON: f64 = 0.05, Trial(0.05, 0.05);
+    /// The same of the first few hypotheses, of which more bridge.
+    CLEAR: f64 = 0.1, Trial(0.1, 0.1);
+    /// Scatters at which surfaces are looked for, in steps of a factor of the square root of two from the noise
+    /// between neighbours up.
+    LEVELS: usize = 7, Effort("scatters tried");
+    /// Share of the points in hypotheses that are the same wherever they start, from which on a scatter is the
+    /// surfaces'.
+    STABLE: f64 = 0.8, Trial(0.8, 0.8);
+    /// The same below which the scene holds no surfaces.
+    LEAST: f64 = 0.1, Trial(0.1, 0.1);
+    /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
+    /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
+    ROUGH: f64 = 0.05, Trial(0.05, 0.05);
+    /// Seeds that tell whether a level is worth trying.
+    LOOK: usize = 16, Effort("seeds tried");
+}
 
-/// Typical correlation of hypotheses from which on neighbours' residuals go together all over a scene: where noise is
-/// independent, chance and those that bridge several surfaces leave it below 0.03.
-const COMMON: f64 = 0.05;
-
-/// The same of the first few hypotheses, of which more bridge.
-const CLEAR: f64 = 0.1;
-
-/// Scatters at which surfaces are looked for, in steps of a factor from the noise between neighbours up.
+/// From one scatter to the next.
 const LEVEL: f64 = std::f64::consts::SQRT_2;
-const LEVELS: usize = 7;
-
-/// Share of the points in hypotheses that are the same wherever they start, from which on a scatter is the surfaces'.
-const STABLE: f64 = 0.8;
-
-/// The same below which the scene holds no surfaces.
-const LEAST: f64 = 0.1;
-
-/// Seeds that tell whether a level is worth trying.
-const LOOK: usize = 16;
 
 /// The correlation of residuals that half of the grown points lie below.
 fn typical(hypotheses: &[Hypothesis]) -> f64 {
@@ -57,9 +61,9 @@ pub enum Looked {
     Doubtful,
 }
 
-/// The hypotheses of a scene. Where neighbours' residuals go together, those at the least scatter at which they are the
-/// same wherever they start; `families` then hold that scatter and what residuals have in common. None where there is
-/// no such scatter.
+/// The hypotheses of a scene. Where neighbours' residuals go together, or a good part of the points fits nothing at the
+/// noise in `families`, those at the least scatter at which they are the same wherever they start; `families` then hold
+/// that scatter and what residuals have in common. None where there is no such scatter.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -71,46 +75,99 @@ pub fn hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Looked, Cancelled> {
-    let clear = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && typical(found) > CLEAR;
+    let clear =
+        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE.get() && typical(found) > CLEAR.get();
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
-    if typical(&found) <= COMMON {
+    let common = typical(&found) > COMMON.get();
+    let taken = if common { Vec::new() } else { taken(&found, scene.len()) };
+    let open = taken.iter().filter(|t| !**t).count();
+    if !common && (open as f64) < ROUGH.get() * scene.len() as f64 {
         return Ok(Looked::Found(found, true));
     }
-    let noise = families.sigma;
-    let (mut best, mut most) = (None, LEAST);
+    let at = scatter(scene, families, seed, &taken, trials, monitor)?;
+    if !common && at.share <= STABLE.get() {
+        return Ok(Looked::Found(found, true));
+    }
+    if at.share <= STABLE.get() && !dense {
+        return Ok(Looked::Doubtful);
+    }
+    let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
+    families.sigma = LEVEL * sigma;
+    let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
+    if at.share <= STABLE.get() {
+        found = judged(scene, families, found);
+    }
+    families.common = Some(typical(&found)).filter(|c| *c > COMMON.get()).unwrap_or(0.0);
+    Ok(Looked::Found(found, at.share > STABLE.get()))
+}
+
+/// Which of `n` points lie in a hypothesis.
+fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
+    let mut taken = vec![false; n];
+    found.iter().flat_map(|h| &h.support).for_each(|&i| taken[i as usize] = true);
+    taken
+}
+
+/// The scatter at which most of what is grown is the same wherever it starts.
+struct Scatter {
+    /// It, or that at which the most is; none where next to nothing is at any.
+    sigma: Option<f64>,
+    /// Share of the grown points that is.
+    share: f64,
+}
+
+/// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
+/// scene's.
+fn scatter(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    taken: &[bool],
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Scatter, Cancelled> {
+    let mut best = Scatter { sigma: None, share: LEAST.get() };
+    let first = usize::from(!taken.is_empty());
     // All levels together may be as much work as two searches.
     let allowed = scene.work.done() + 2 * allowance(scene.len());
-    for level in 0..LEVELS {
+    for level in first..LEVELS.get() {
         if scene.work.done() > allowed {
             scene.work.leave();
             break;
         }
-        let sigma = noise * LEVEL.powi(level as i32);
+        let sigma = families.sigma * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
-        let few = Search { most: LOOK, ..Search::new(scene, &looser, seed) };
-        let share = stable_share(scene, &looser, few.run(trials, |_| false, monitor)?);
-        if share > most {
-            (best, most) = (Some(sigma), share);
+        let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
+        let mut look = |most: usize| -> Result<f64, Cancelled> {
+            let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
+            let part = most as f64 / LOOK.get() as f64;
+            let rough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
+            Ok(if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 })
+        };
+        // Of freeform none is, and by outliers few points are won: the first few seeds tell.
+        if look(AT_ONCE)? == 0.0 {
+            continue;
         }
-        if share > STABLE {
+        let share = look(LOOK.get())?;
+        if share > best.share {
+            best = Scatter { sigma: Some(sigma), share };
+        }
+        if share > STABLE.get() {
             break;
         }
     }
-    if most <= STABLE && !dense {
-        return Ok(Looked::Doubtful);
-    }
-    let Some(sigma) = best else { return Ok(Looked::Found(Vec::new(), false)) };
-    families.sigma = LEVEL * sigma;
-    let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
-    if most <= STABLE {
-        found = judged(scene, families, found);
-    }
-    families.common = typical(&found).max(0.0);
-    Ok(Looked::Found(found, most > STABLE))
+    Ok(best)
 }
 
 /// Hypotheses judged at once.
 const AT_ONCE: usize = 4;
+
+/// Points in hypotheses that were not `taken` before.
+fn newly(found: &[Hypothesis], taken: &[bool]) -> usize {
+    let mut all = taken.to_vec();
+    let of = found.iter().flat_map(|h| &h.support).map(|&i| i as usize);
+    of.filter(|&i| all.get_mut(i).is_some_and(|t| !std::mem::replace(t, true))).count()
+}
 
 /// Share of the points in hypotheses that is in those which are the same wherever they start. As many are judged as it
 /// takes to tell that it is not [`STABLE`].
@@ -118,7 +175,7 @@ fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) 
     let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
     let all = points(&found);
     let (mut looked, mut stable) = (0.0, 0.0);
-    while !found.is_empty() && looked - stable < (1.0 - STABLE) * all {
+    while !found.is_empty() && looked - stable < (1.0 - STABLE.get()) * all {
         let few: Vec<Hypothesis> = found.drain(..found.len().min(AT_ONCE)).collect();
         looked += points(&few);
         let sound = judged(scene, families, few).into_iter().filter(|h| h.sound);

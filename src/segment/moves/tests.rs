@@ -243,12 +243,12 @@ fn muddled(seed: u64) -> (Scene<'static>, Partition) {
 fn no_round_of_moves_makes_the_description_longer() {
     for seed in 0..6 {
         let (families, (scene, mut model)) = (families(), muddled(seed));
-        settle(&scene, &mut model, families.sigma, SETTLED);
+        settle(&scene, &mut model, families.sigma, SETTLED.get());
         let mut before = model.energy(&scene, families.sigma);
         for _ in 0..3 {
             improve(&scene, &mut model, &families, &Silent).unwrap();
             let after = model.energy(&scene, families.sigma);
-            assert!(after <= before + SLACK, "{seed}: {before} {after}");
+            assert!(after <= before + SLACK.get(), "{seed}: {before} {after}");
             before = after;
         }
         let found: Vec<Family> = model.shapes.iter().map(|s| s.family).collect();

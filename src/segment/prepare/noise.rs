@@ -1,5 +1,6 @@
 //! The noise of a cloud, from the scatter about local graph quadrics.
 
+use crate::fit::constant::constants;
 use crate::segment::prepare::residuals::{SAMPLE, WATCHED, quartile};
 use rayon::prelude::*;
 
@@ -9,35 +10,47 @@ use crate::segment::prepare::residuals::{
 };
 use crate::segment::prepare::scene::Scene;
 
-/// Median roughness above which points fill a volume (1/3 in an even filling).
-pub const VOLUME: f32 = 0.12;
+constants! {
+    /// Median roughness above which points fill a volume (1/3 in an even filling).
+    pub VOLUME: f64 = 0.12, Trial(0.12, 0.12);
+    /// Steps that a coordinate that comes in steps has at least.
+    LEAST_STEPS: usize = 50, Trial(50.0, 50.0);
+    /// Points that each of them has on average.
+    POINTS_A_STEP: usize = 20, Trial(20.0, 20.0);
+    /// One point in so many stays each time that a cloud is thinned.
+    THINNING: usize = 4, Trial(4.0, 4.0);
+    /// Points that must stay.
+    LEAST_THINNED: usize = 256, Trial(256.0, 256.0);
+    /// Growth of the estimate by thinning from which on neighbourhoods still lie within the noise. In a volume it is
+    /// that of the spacing, 1.6.
+    GROWN: f64 = 1.2, Trial(1.2, 1.2);
+    /// The 25 % quantile of chi2 with 10 degrees of freedom, over 10.
+    CHI2_10_QUARTER: f64 = 0.6737, Derived("the quantile 6.737 of chi2 with 10 degrees of freedom, over 10");
+    /// One point in so many tells whether the noise grows with the spacing.
+    SPARSE: usize = 8, Trial(8.0, 8.0);
+    /// Growth of the estimate among those beyond which it does; in a volume it is 2.
+    GROWS: f64 = 1.5, Trial(1.5, 1.5);
+    /// Noise over the spacing from which on it is a good part of that.
+    THICK: f64 = 0.15, Trial(0.15, 0.15);
+    /// How many times smaller an estimate about robust planes is believed.
+    THIN_WALL: f64 = 4.0, Trial(4.0, 4.0);
+    /// Scatter over the step of a coordinate that comes in steps, at least.
+    FINE_STEP: f64 = 0.05, Trial(0.05, 0.05);
+    /// The same at most.
+    COARSE_STEP: f64 = 2.0, Trial(2.0, 2.0);
+    /// Share of the scatter below which a difference of coordinates is rounding.
+    NO_STEP: f64 = 1e-6, Trial(1e-06, 1e-06);
+}
 
 /// Whether the points fill a volume: neighbourhoods are as thick as wide, and the noise, a good part of the
 /// spacing, grows with it when the cloud is thinned, as no noise of a surface does.
 pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
-    if scene.len() < 8 * 4 * K || !is_thick(scene, sigma) {
+    if scene.len() < SPARSE.get() * 4 * K || !is_thick(scene, sigma) {
         return false;
     }
-    let thin = scene.part(scene.points.iter().step_by(8).copied().collect());
-    own_estimate(&thin) > 1.5 * sigma
+    let thin = scene.part(scene.points.iter().step_by(SPARSE.get()).copied().collect());
+    own_estimate(&thin) > GROWS.get() * sigma
 }
-
-/// A coordinate that comes in steps has at least this many, with this many points each.
-const LEAST_STEPS: usize = 50;
-
-const POINTS_A_STEP: usize = 20;
-
-/// One point in so many stays each time that a cloud is thinned, and how many must.
-const THINNING: usize = 4;
-
-const LEAST_THINNED: usize = 4 * 4 * K;
-
-/// Growth of the estimate by thinning from which on neighbourhoods still lie within the noise. In a volume it is
-/// that of the spacing, 1.6.
-const GROWN: f64 = 1.2;
-
-/// The 25 % quantile of chi2 with 10 degrees of freedom, over 10.
-const CHI2_10_QUARTER: f64 = 0.6737;
 
 /// Standard deviation of the points' noise along their normals.
 ///
@@ -58,7 +71,8 @@ pub fn estimate(scene: &Scene) -> f64 {
 
 /// Whether neighbourhoods are as thick as wide, and `sigma` a good part of the spacing.
 pub fn is_thick(scene: &Scene, sigma: f64) -> bool {
-    sigma >= 0.15 * scene.spacing && scene.median_roughness(0..scene.len() as u32) >= VOLUME
+    sigma >= THICK.get() * scene.spacing
+        && scene.median_roughness(0..scene.len() as u32) >= VOLUME.get() as f32
 }
 
 /// The noise of a scene whose neighbourhoods, `sigma` thick, are as thick as wide, from ever fewer of its points:
@@ -66,11 +80,11 @@ pub fn is_thick(scene: &Scene, sigma: f64) -> bool {
 fn thinned_estimate(scene: &Scene, sigma: f64) -> f64 {
     let mut last = sigma;
     let mut points = scene.points.clone();
-    while points.len() >= THINNING * LEAST_THINNED {
-        points = points.iter().step_by(THINNING).copied().collect();
+    while points.len() >= THINNING.get() * LEAST_THINNED.get() {
+        points = points.iter().step_by(THINNING.get()).copied().collect();
         let thin = scene.part(points);
         let next = own_estimate(&thin);
-        if next < GROWN * last {
+        if next < GROWN.get() * last {
             return next.max(last);
         }
         (last, points) = (next, thin.points);
@@ -81,10 +95,10 @@ fn thinned_estimate(scene: &Scene, sigma: f64) -> f64 {
 /// [`estimate`] from the points as dense as they are.
 pub fn own_estimate(scene: &Scene) -> f64 {
     let smooth = smooth_estimate(scene);
-    let robust = robust_estimate(scene, smooth / 4.0);
-    if robust * 4.0 < smooth && !comes_in_steps(scene, smooth) {
+    let robust = robust_estimate(scene, smooth / THIN_WALL.get());
+    if robust * THIN_WALL.get() < smooth && !comes_in_steps(scene, smooth) {
         // Where half of a neighbourhood is the other side's, the eighth is often its own side's last.
-        quartile(least_distances(scene, 1, SEVENTH, smooth / 4.0))
+        quartile(least_distances(scene, 1, SEVENTH.get(), smooth / THIN_WALL.get()))
     } else {
         smooth
     }
@@ -96,20 +110,23 @@ fn comes_in_steps(scene: &Scene, scatter: f64) -> bool {
     (0..3).any(|k| {
         let mut values: Vec<f64> = scene.points.iter().map(|p| p[k]).collect();
         values.sort_unstable_by(f64::total_cmp);
-        let mut steps: Vec<f64> =
-            values.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 1e-6 * scatter).collect();
-        if steps.len() < LEAST_STEPS || steps.len() * POINTS_A_STEP > values.len() {
+        let mut steps: Vec<f64> = values
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .filter(|d| *d > NO_STEP.get() * scatter)
+            .collect();
+        if steps.len() < LEAST_STEPS.get() || steps.len() * POINTS_A_STEP.get() > values.len() {
             return false;
         }
         let mid = steps.len() / 2;
         let step = *steps.select_nth_unstable_by(mid, f64::total_cmp).1;
-        (0.05..2.0).contains(&(scatter / step))
+        (FINE_STEP.get()..COARSE_STEP.get()).contains(&(scatter / step))
     })
 }
 
 fn smooth_estimate(scene: &Scene) -> f64 {
     let n = scene.len();
-    let stride = n.div_ceil(SAMPLE);
+    let stride = n.div_ceil(SAMPLE.get());
     let v: Vec<f64> = (0..n)
         .into_par_iter()
         .step_by(stride)
@@ -119,7 +136,7 @@ fn smooth_estimate(scene: &Scene) -> f64 {
     if v.is_empty() {
         return 0.0;
     }
-    (quartile(v) / CHI2_10_QUARTER).max(0.0).sqrt()
+    (quartile(v) / CHI2_10_QUARTER.get()).max(0.0).sqrt()
 }
 
 #[cfg(test)]

@@ -3,13 +3,25 @@
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::geometry::{Vec3, perpendicular_frame};
 use crate::segment::prepare::around::Around;
 use crate::segment::prepare::candidates::K;
 use crate::segment::prepare::scene::Scene;
 
-/// Most neighbourhoods looked at.
-pub const SAMPLE: usize = 2000;
+constants! {
+    /// Most neighbourhoods looked at.
+    pub SAMPLE: usize = 2000, Effort("neighbourhoods looked at");
+    /// Which of 16 distances from the best plane, in their order, tells a thin sheet from noise.
+    EIGHTH: usize = 8, Trial(8.0, 8.0);
+    /// Which of 16 distances from the best plane, in their order, tells the noise on a thin sheet.
+    pub SEVENTH: usize = 7, Trial(7.0, 7.0);
+    /// Such a distance is taken for so many sigmas. The seventh of 16 half-normal ones lies near 0.56 sigma; that from the
+    /// best of all planes lower.
+    UNIT: f64 = 0.35, Trial(0.35, 0.35);
+    /// One neighbourhood in so many must have a robust plane.
+    FEW: usize = 10, Trial(10.0, 10.0);
+}
 
 /// Neighbourhoods looked at between two looks at whether the work was cancelled.
 pub const WATCHED: usize = 64;
@@ -23,28 +35,18 @@ pub fn quartile(mut v: Vec<f64>) -> f64 {
 /// through two of them and the point, as a standard deviation; infinite where that is not below `limit`.
 pub fn robust_estimate(scene: &Scene, limit: f64) -> f64 {
     // Where so few are below the limit the quartile is not: five deviations for a thousand points and more.
-    let few = least_distances(scene, 4, EIGHTH, limit);
-    if few.iter().filter(|d| d.is_finite()).count() * 10 < few.len() {
+    let few = least_distances(scene, 4, EIGHTH.get(), limit);
+    if few.iter().filter(|d| d.is_finite()).count() * FEW.get() < few.len() {
         return f64::INFINITY;
     }
-    quartile(least_distances(scene, 1, EIGHTH, limit))
+    quartile(least_distances(scene, 1, EIGHTH.get(), limit))
 }
-
-/// Which of 16 distances from the best plane, in their order, tells a thin sheet from noise, and which the noise on
-/// it.
-const EIGHTH: usize = 8;
-
-pub const SEVENTH: usize = 7;
-
-/// Such a distance is taken for so many sigmas. The seventh of 16 half-normal ones lies near 0.56 sigma; that from the
-/// best of all planes lower.
-const UNIT: f64 = 0.35;
 
 /// The `nth` smallest distance of 16 neighbours from the best plane, as a standard deviation, at every `thinned`-th
 /// point of a sample; infinite where it is not below `limit`.
 pub fn least_distances(scene: &Scene, thinned: usize, nth: usize, limit: f64) -> Vec<f64> {
     let n = scene.len();
-    let stride = thinned * n.div_ceil(SAMPLE / 2);
+    let stride = thinned * n.div_ceil(SAMPLE.get() / 2);
     (0..n)
         .into_par_iter()
         .step_by(stride)
@@ -57,7 +59,7 @@ pub fn least_distances(scene: &Scene, thinned: usize, nth: usize, limit: f64) ->
             for (q, &j) in q.iter_mut().zip(scene.neighbours(i)) {
                 *q = scene.points[j as usize] - origin;
             }
-            least_distance(&q, nth, limit * UNIT) / UNIT
+            least_distance(&q, nth, limit * UNIT.get()) / UNIT.get()
         })
         .collect()
 }

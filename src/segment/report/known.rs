@@ -36,11 +36,11 @@ impl Known {
         // The points' scatter about their surface tells its form error too.
         let freedom = members.len().saturating_sub(shape.family.dof()).max(1) as f64;
         let sigma = found.noise.max(fit.rms * (members.len() as f64 / freedom).sqrt());
-        let stride = members.len().div_ceil(uncertainty::SAMPLE).max(1);
+        let stride = members.len().div_ceil(uncertainty::SAMPLE.get()).max(1);
         let some: Vec<Vec3> =
             members.iter().step_by(stride).map(|&i| found.points[i as usize]).collect();
         let share = members.len() as f64 / some.len() as f64;
-        let few = sample(&found.points, members, evidence::SAMPLE);
+        let few = sample(&found.points, members, evidence::SAMPLE.get());
         let extent = tally.extent(&found.centre);
         Some(Self {
             uncertainty: Uncertainty::of(&shape, &some, share, sigma),

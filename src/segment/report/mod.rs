@@ -10,7 +10,6 @@ pub mod pieces;
 pub mod reasons;
 pub mod tally;
 pub mod uncertainty;
-
 use crate::segment::report::tally::CHUNK;
 use std::collections::BTreeMap;
 

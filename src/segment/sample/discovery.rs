@@ -56,7 +56,7 @@ pub fn discover<'a>(
     let noise = parameters.noise_sigma.unwrap_or(estimate).max(rounding);
     monitor.check()?;
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
-    let allowed = parameters.tolerance.map_or(0.0, |t| t / objective::ACCEPT);
+    let allowed = parameters.tolerance.map_or(0.0, |t| t / objective::ACCEPT.get());
     let sigma = noise.max(allowed);
     let floor = if parameters.noise_sigma.is_some() { sigma } else { allowed.max(rounding) };
     scene.sharpen_normals(sigma);
@@ -64,7 +64,7 @@ pub fn discover<'a>(
     let mut families = Families {
         allowed: Family::ALL.to_vec(),
         sigma,
-        max_radius: extent * MOST_RADIUS,
+        max_radius: extent * MOST_RADIUS.get(),
         floor,
         common: 0.0,
         strips: true,

@@ -2,20 +2,23 @@
 
 pub mod discovery;
 
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::discover::further;
 use crate::segment::label::{shares, spread};
 use crate::segment::sample::discovery::{Discovery, discover, label_all};
 use crate::segment::{Monitor, Parameters, SegmentError, partition};
 
-/// Points that surfaces are first looked for on.
-const COARSE: usize = 25_000;
-
-/// Points that surfaces are looked for on where the others are too thin for what is there.
-const FINE: usize = 320_000;
-
-/// Points of the sample that every surface must have for the sample to count as dense enough.
-const DENSE_ENOUGH: usize = 200;
+constants! {
+    /// Points that surfaces are first looked for on.
+    COARSE: usize = 25_000, Effort("points of the first sample");
+    /// Points that surfaces are looked for on where the others are too thin for what is there.
+    FINE: usize = 320_000, Effort("points of the densest sample");
+    /// Points of the sample that every surface must have for the sample to count as dense enough.
+    DENSE_ENOUGH: usize = 200, Effort("samples that are not made denser");
+    /// Unassigned points that may hold a surface.
+    LEFT: usize = 64, Trial(64.0, 64.0);
+}
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
 pub fn discover_on_samples<'a>(
@@ -23,16 +26,16 @@ pub fn discover_on_samples<'a>(
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<(Discovery<'a>, shares::Labelled), SegmentError> {
-    let most = points.len().min(FINE);
+    let most = points.len().min(FINE.get());
     let label = |found: Discovery<'a>| -> Result<_, SegmentError> {
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
     let look = |size, enough| discover(points, size, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
-    let mut size = if points.len() <= 2 * COARSE { points.len() } else { COARSE };
+    let mut size = if points.len() <= 2 * COARSE.get() { points.len() } else { COARSE.get() };
     loop {
-        let found = look(size, if size < most { DENSE_ENOUGH } else { 0 })?;
+        let found = look(size, if size < most { DENSE_ENOUGH.get() } else { 0 })?;
         if let Some(few) = found.model.thin {
             size = denser(size, few, points.len());
         } else if size >= most {
@@ -48,9 +51,9 @@ pub fn discover_on_samples<'a>(
 
 /// The size of the next sample of `n` points after one of `size`, of which surfaces had as `few`.
 fn denser(size: usize, few: usize, n: usize) -> usize {
-    let more = (size * DENSE_ENOUGH / few.max(1)).max(2 * size);
+    let more = (size * DENSE_ENOUGH.get() / few.max(1)).max(2 * size);
     // A third look would cost more than it saves, above all where the next one may be at the cloud itself.
-    let (most, share) = if n <= FINE { (n, 4) } else { (FINE, 2) };
+    let (most, share) = if n <= FINE.get() { (n, 4) } else { (FINE.get(), 2) };
     if more * share > most { most } else { more }
 }
 
@@ -73,13 +76,13 @@ fn judge(
     let size = found.scene.len();
     let sizes = partition::members(&found.model.labels, found.model.shapes.len());
     let least = sizes.iter().map(Vec::len).min().unwrap_or(size);
-    if least < DENSE_ENOUGH {
+    if least < DENSE_ENOUGH.get() {
         return Ok(Judged::Thin(least));
     }
     let labelled = spread::spread(points, &found.scene, &found.model, found.sigma, monitor)?;
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
-    let lacking =
-        left.len() >= 64 && further::holds_surface(&left, found.sigma, parameters, monitor)?;
+    let lacking = left.len() >= LEFT.get()
+        && further::holds_surface(&left, found.sigma, parameters, monitor)?;
     Ok(if lacking { Judged::Thin(0) } else { Judged::Enough(labelled) })
 }
