@@ -84,6 +84,9 @@ pub fn discover(
             let few = families.with_least(LEFT.get());
             let rest = left.scene(scene, families.sigma, monitor)?;
             let found = left.hypotheses(&rest, &few, seed, &mut model.trials, monitor)?;
+            if rest.work.is_left() {
+                scene.work.leave();
+            }
             choose(&rest, found, &few, model.shapes.len(), monitor)?
         };
         if chosen.is_empty() || model.thin.is_some() {

@@ -7,7 +7,7 @@
 use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
-use crate::segment::grow::search::Search;
+use crate::segment::grow::search::{Search, allowance};
 use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::judge::stability::{judged, rescued};
 use crate::segment::judge::whiteness::correlated;
@@ -143,7 +143,13 @@ fn scatter(
 ) -> Result<Scatter, Cancelled> {
     let mut best = Scatter { sigma: None, share: LEAST.get(), common: 0.0 };
     let first = usize::from(!taken.is_empty());
+    // All levels together may be as much work as two searches.
+    let allowed = scene.work.done() + 2 * allowance(scene.len());
     for level in first..LEVELS.get() {
+        if scene.work.done() > allowed {
+            scene.work.leave();
+            break;
+        }
         let sigma = families.sigma * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
         let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };

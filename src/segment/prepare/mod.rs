@@ -1,6 +1,7 @@
 //! The points that a discovery works on: order, neighbours, normals, noise.
 
 pub mod around;
+pub mod boxes;
 pub mod candidates;
 pub mod distinct;
 pub mod morton;
@@ -13,3 +14,4 @@ pub mod scene;
 pub mod take;
 #[cfg(test)]
 mod tests;
+pub mod work;
