@@ -2,14 +2,18 @@
 
 pub mod around;
 pub mod candidates;
+pub mod closest;
 pub mod distinct;
+pub mod levels;
 pub mod morton;
 pub mod nearest;
 pub mod noise;
 pub mod normals;
+pub mod patch;
 pub mod place;
-pub mod residuals;
 pub mod scene;
+pub mod steps;
 pub mod take;
+pub mod thinned;
 #[cfg(test)]
 mod tests;

@@ -11,6 +11,7 @@ use multiversion::multiversion;
 use crate::geometry::Vec3;
 use crate::segment::prepare::candidates::ROOM;
 use crate::segment::prepare::candidates::{Candidates, K};
+use crate::segment::prepare::closest::Closest;
 
 /// Points of a run.
 const RUN: usize = 32;
@@ -93,6 +94,34 @@ impl Runs {
     /// Of equally near points those of lower place come first. Fewer than `K` other points leave `u32::MAX`.
     pub fn nearest(&self, i: usize, search: &mut Search) -> ([u32; K], f64) {
         nearest(self, i, search)
+    }
+
+    /// The points nearest to `p`, which comes `after` so many of them in their order. Of equally near ones those of
+    /// lower place come first.
+    pub fn closest(&self, p: &Vec3, after: usize) -> Closest {
+        let mut found = Closest::none();
+        let here = Box { low: *p, high: *p };
+        let own = (after.min(self.n.saturating_sub(1)) / RUN) / GROUP;
+        let others = (0..self.groups.len()).filter(|g| *g != own);
+        for g in std::iter::once(own).chain(others) {
+            if self.groups[g].sq_gap(&here) > found.limit() {
+                continue;
+            }
+            for r in g * GROUP..self.boxes.len().min((g + 1) * GROUP) {
+                if self.boxes[r].sq_gap(&here) > found.limit() {
+                    continue;
+                }
+                let Run { x, y, z } = &self.runs[r];
+                for k in 0..RUN.min(self.n - r * RUN) {
+                    let (dx, dy, dz) = (x[k] - p.x, y[k] - p.y, z[k] - p.z);
+                    let sq = dx * dx + dy * dy + dz * dz;
+                    if sq <= found.limit() {
+                        found.take(sq, (r * RUN + k) as u32);
+                    }
+                }
+            }
+        }
+        found
     }
 
     fn point(&self, i: usize) -> Vec3 {

@@ -7,7 +7,7 @@ use crate::segment::family::{Families, MOST_RADIUS, MOST_RADIUS_OF_FORM, Policy}
 use crate::segment::judge::{breadth, strays};
 use crate::segment::label::{shares, spread};
 use crate::segment::partition::Partition;
-use crate::segment::prepare::noise;
+use crate::segment::prepare::noise::{self, Noise};
 use crate::segment::prepare::place::place;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor, Parameters, SegmentError, Stage, discover, objective};
@@ -39,11 +39,12 @@ impl Discovery<'_> {
     }
 }
 
-/// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
-/// only where `bare_noise`, that of the points without it, is given.
+/// Finds surfaces on at most `limit` of the points, evenly along their Morton order, whose noise is `estimated`; those
+/// with a form error only where `bare_noise`, that of the points without it, is given.
 pub fn discover<'a>(
     points: &[Vec3],
     limit: usize,
+    estimated: &Noise,
     bare_noise: Option<f64>,
     enough: usize,
     parameters: &Parameters,
@@ -55,8 +56,7 @@ pub fn discover<'a>(
     let mut scene = Scene::watched(taken, monitor)?;
     let extent = extent(&scene.points);
     let rounding = rounding(&scene.points);
-    let estimate = noise::estimate(&scene);
-    let noise = parameters.noise_sigma.or(bare_noise).unwrap_or(estimate).max(rounding);
+    let noise = parameters.noise_sigma.or(bare_noise).unwrap_or(estimated.sigma).max(rounding);
     monitor.check()?;
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
     let allowed = parameters.tolerance.map_or(0.0, |t| t / objective::ACCEPT);
@@ -73,10 +73,12 @@ pub fn discover<'a>(
         policy: Policy::of(parameters),
     };
     monitor.progress(Stage::Grow, 0.1);
-    let mut model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
+    let mut model = if parameters.noise_sigma.is_none() && estimated.fills_volume {
         Partition { labels: vec![-1; m], ..Partition::default() }
     } else if bare_noise.is_some() {
-        loose::discover_with_form_error(&scene, &mut families, estimate, parameters, monitor)?
+        // Form counts as noise where it is seen at the sample's spacing.
+        let scatter = noise::estimate(&scene.points, monitor).sigma;
+        loose::discover_with_form_error(&scene, &mut families, scatter, parameters, monitor)?
     } else {
         discover::discover(&scene, &mut families, enough, parameters, monitor)?
     };

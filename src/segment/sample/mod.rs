@@ -5,6 +5,7 @@ pub mod discovery;
 use crate::geometry::Vec3;
 use crate::segment::discover::further;
 use crate::segment::label::{shares, spread};
+use crate::segment::prepare::noise;
 use crate::segment::sample::discovery::{Discovery, discover, label_all};
 use crate::segment::{Monitor, Parameters, SegmentError, partition};
 
@@ -40,7 +41,9 @@ pub fn discover_on_samples<'a>(
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
-    let look = |size, enough| discover(points, size, None, enough, parameters, monitor);
+    let noise = noise::estimate(points, monitor);
+    monitor.check()?;
+    let look = |size, enough| discover(points, size, &noise, None, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
     let mut size = if points.len() <= 2 * COARSE { points.len() } else { COARSE };
     let mut formed: Option<Discovery> = None;
@@ -67,7 +70,7 @@ pub fn discover_on_samples<'a>(
                 size = CONFIRMED;
                 continue;
             }
-            let loose = discover(points, FORM, Some(found.noise), 0, parameters, monitor)?;
+            let loose = discover(points, FORM, &noise, Some(found.noise), 0, parameters, monitor)?;
             if size >= most || loose.model.explained() > SEEN {
                 return label(loose);
             }
