@@ -73,7 +73,7 @@ fn settled(
         return Ok(model);
     }
     converge(scene, &mut model, families, monitor)?;
-    model.spurious = stability::spurious(scene, families, &model.labels, model.shapes.len());
+    model.spurious = stability::spurious(scene, families, &model);
     monitor.check()?;
     tighten(scene, &model, families);
     Ok(model)

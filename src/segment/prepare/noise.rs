@@ -48,6 +48,8 @@ pub struct Noise {
     pub sigma: f64,
     /// Whether points fill a volume: patches stay as thick as wide however few points are left.
     pub fills_volume: bool,
+    /// Points of the cloud, thinned at random, whose neighbourhoods span two directions: more lie on rows.
+    pub spanning: usize,
 }
 
 /// The noise of points in Morton order. Half of it where `monitor` cancels.
@@ -59,9 +61,11 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     let thinned = Thinned::of(points, monitor);
     let level = |l: u32| thinned.level(l).map(|patches| Level::of(&patches, &steps));
     let Some(mut levels) = level(0).map(|first| vec![first]) else {
-        return Noise { sigma: of_one_quadric(points), fills_volume: false };
+        let (sigma, spanning) = (of_one_quadric(points), points.len());
+        return Noise { sigma, fills_volume: false, spanning };
     };
-    let mut first = first_spanned(&mut levels, level);
+    let spanned = first_spanned(&mut levels, level);
+    let mut first = spanned;
     while let Some(next) = level(levels.len() as u32).filter(|_| levels.len() == first + 1) {
         levels.push(next);
         if levels[first].growth(&levels[first + 1]).is_none_or(|g| g > SHRUNK) {
@@ -74,7 +78,9 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     let sigma = if grown.to_the_end { sigma } else { sigma * grown.factor };
     let few = points.len() < FEW;
     let sigma = if few { of_one_quadric(points).min(sigma) } else { sigma };
-    Noise { sigma, fills_volume: grown.to_the_end }
+    // Where already the cloud spans two directions, all of it does.
+    let spanning = if spanned == 0 { points.len() } else { thinned.points(spanned as u32) };
+    Noise { sigma, fills_volume: grown.to_the_end, spanning }
 }
 
 /// Points of a cloud so small that it may be one surface of which a patch is a good part.

@@ -20,11 +20,17 @@ const CONFIRMED: usize = 50_000;
 /// tell no more about the surface, but make its waves look like surfaces of their own.
 const FORM: usize = 11_000;
 
+/// Points that a sample has even where they lie on rows, if there are as many.
+const SPARSE: usize = 2_000;
+
 /// Points that surfaces are looked for on where the others are too thin for what is there.
 const FINE: usize = 320_000;
 
 /// Points of the sample that every surface must have for the sample to count as dense enough.
 const DENSE_ENOUGH: usize = 200;
+
+/// Share of a sample that surfaces with a form error explain where a denser one is worth a look.
+const MOSTLY: f64 = 0.5;
 
 /// Share of a sample that surfaces with a form error must explain to be believed although a fine sample might
 /// show that there is none.
@@ -36,23 +42,25 @@ pub fn discover_on_samples<'a>(
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<(Discovery<'a>, shares::Labelled), SegmentError> {
-    let most = points.len().min(FINE);
+    let noise = noise::estimate(points, monitor);
+    monitor.check()?;
+    // A denser sample's neighbourhoods lie on single rows.
+    let whole = noise.spanning.max(points.len().min(SPARSE));
+    let most = whole.min(FINE);
     let label = |found: Discovery<'a>| -> Result<_, SegmentError> {
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
-    let noise = noise::estimate(points, monitor);
-    monitor.check()?;
     let look = |size, enough| discover(points, size, &noise, None, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
-    let mut size = if points.len() <= 2 * COARSE { points.len() } else { COARSE };
+    let mut size = if whole <= 2 * COARSE { whole } else { COARSE };
     let mut formed: Option<Discovery> = None;
     let mut thinner = Thinner::None;
     loop {
         let found = look(size, if size < most { DENSE_ENOUGH } else { 0 })?;
         if let Some(few) = found.model.thin {
             thinner = Thinner::Glanced(size);
-            size = denser(size, few, points.len());
+            size = denser(size, few, whole);
         } else if found.model.form_error {
             // What explained a thinner sample without a form error needs none.
             let thin = match std::mem::replace(&mut thinner, Thinner::None) {
@@ -70,7 +78,15 @@ pub fn discover_on_samples<'a>(
                 size = CONFIRMED;
                 continue;
             }
-            let loose = discover(points, FORM, &noise, Some(found.noise), 0, parameters, monitor)?;
+            let bare = Some(found.noise);
+            let look = |size| discover(points, size, &noise, bare, 0, parameters, monitor);
+            let mut loose = look(FORM)?;
+            // Where that leaves small surfaces out.
+            if loose.model.explained() > MOSTLY
+                && let Judged::Thin(_) = judge(points, &loose, parameters, monitor)?
+            {
+                loose = look(most.min(CONFIRMED))?;
+            }
             if size >= most || loose.model.explained() > SEEN {
                 return label(loose);
             }
@@ -86,7 +102,7 @@ pub fn discover_on_samples<'a>(
             match judge(points, &found, parameters, monitor)? {
                 Judged::Enough(labelled) => return Ok((found, labelled)),
                 Judged::Thin(least) => {
-                    size = denser(size, least, points.len());
+                    size = denser(size, least, whole);
                     thinner = Thinner::Found(Box::new(found));
                 }
             }
