@@ -1,6 +1,7 @@
 //! Orthogonal-distance least squares by Levenberg and Marquardt.
 
 pub use super::columns::Columns;
+use super::constant::constants;
 use super::linearised::{Evaluated, cost, linearise};
 use super::loss::Loss;
 pub use super::normal::Normal;
@@ -72,15 +73,19 @@ fn cauchy(cut: f64) -> Loss {
     Loss::Cauchy(1.0 / (cut * cut))
 }
 
-/// Residuals this many times Cauchy's constant say nothing about where their surface is.
-const FAR: f64 = 10.0;
-/// Factor by which the constant falls at least from one fit to the next, and the steps of each.
-const NARROWER: f64 = 0.25;
-const APPROACH: usize = 8;
-
-/// Typical residual, over Cauchy's constant, of points that no surface of the family comes near: with an outlier
-/// among eight points it comes to that only where the constant is a hundred-millionth of them.
-const AWAY: f64 = 10.0;
+constants! {
+    /// Residuals this many times Cauchy's constant say nothing about where their surface is.
+    FAR: f64 = 10.0, Trial(10.0, 10.0);
+    /// Factor by which the constant falls at least from one fit to the next.
+    NARROWER: f64 = 0.25, Effort("fits on the way");
+    /// Steps of each fit on the way.
+    APPROACH: usize = 8, Effort("steps of one fit");
+    /// Typical residual, over Cauchy's constant, of points that no surface of the family comes near: with an outlier
+    /// among eight points it comes to that only where the constant is a hundred-millionth of them.
+    AWAY: f64 = 10.0, Trial(10.0, 10.0);
+    /// Residuals this many times Cauchy's constant are more than noise.
+    BEYOND: f64 = 0.5, Trial(0.5, 0.5);
+}
 
 /// Where a fit goes on from.
 enum Approach {
@@ -100,19 +105,19 @@ enum Approach {
 fn approach(start: &Shape, points: &Columns, cut: f64) -> Approach {
     let before = cost(start, points, cauchy(cut));
     let mut wide = cut * typical(before / points.total, cut);
-    if wide < FAR * cut {
+    if wide < FAR.get() * cut {
         return Approach::Near;
     }
     let mut shape = *start;
     while wide > cut && wide.is_finite() {
-        let options = Options { cauchy: Some(wide), steps: APPROACH, tolerance: 0.1 };
+        let options = Options { cauchy: Some(wide), steps: APPROACH.get(), tolerance: 0.1 };
         let (next, left) = descend(&shape, points, &options);
         shape = next;
         let residual = typical(left / points.total, wide);
-        if residual > AWAY {
+        if residual > AWAY.get() {
             return Approach::Far(shape, cost(&shape, points, cauchy(cut)));
         }
-        wide *= residual.min(NARROWER);
+        wide *= residual.min(NARROWER.get());
     }
     let nearer = cost(&shape, points, cauchy(cut)) < before;
     if nearer { Approach::Nearer(shape) } else { Approach::Near }
@@ -124,8 +129,6 @@ fn typical(mean_loss: f64, cut: f64) -> f64 {
     (mean_loss / (cut * cut)).exp_m1().sqrt()
 }
 
-/// Residuals this many times Cauchy's constant are more than noise.
-const BEYOND: f64 = 0.5;
 /// Damping below which it no longer holds a step back.
 const FREE: f64 = 1e-9;
 
@@ -133,7 +136,7 @@ const FREE: f64 = 1e-9;
 fn descend(start: &Shape, points: &Columns, o: &Options) -> (Shape, f64) {
     let loss = o.cauchy.map_or(Loss::Squares, cauchy);
     // Small steps far from the points are those of a valley that damping makes long.
-    let far = |cost: f64| o.cauchy.is_some_and(|c| typical(cost / points.total, c) > BEYOND);
+    let far = |cost: f64| o.cauchy.is_some_and(|c| typical(cost / points.total, c) > BEYOND.get());
     let mut shape = start.recentred(&Vec3::zeros());
     let mut here = linearise(&shape, points, loss);
     let moments = Moments(points.products());

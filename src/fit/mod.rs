@@ -2,18 +2,19 @@
 //! orthogonal-distance least squares and their uncertainty.
 
 mod columns;
-mod covariance;
+pub mod constant;
+pub(crate) mod covariance;
 mod direct;
 #[cfg(test)]
 pub(crate) mod fits;
-mod general;
+pub(crate) mod general;
 mod kernels;
 pub mod least_squares;
 mod linearised;
 mod loss;
 mod normal;
 mod rcond;
-mod retraction;
+pub(crate) mod retraction;
 mod ruler;
 mod scatter;
 mod section;

@@ -4,37 +4,42 @@ use std::cell::OnceCell;
 
 use rayon::prelude::*;
 
-use super::{Families, Scored};
+use super::{Families, ROBUST, Scored};
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 
-/// Points that every family is first tried on where all are wanted.
-const SCREEN: usize = 250;
-
-/// Points that a start is made from where the first family that explains all will do.
-const START: usize = 160;
-
-/// Points that a start is first fitted to, and the reduced chi2 of these few beyond which a family is out where
-/// the first that explains all will do.
-const GLANCE: usize = 80;
-
-const HOPELESS: f64 = 3.0;
-
-/// A family comes near the best where its chi2 is below this many times that one's and this much a point; on the
-/// few points of a glance, below twice that.
-const NEARBY: f64 = 1.5;
-
-const SLACK: f64 = 0.4;
-
-/// Difference in chi2 of two fits of one family that are the same, and how many unlike ones are followed up.
-const SAME: f64 = 0.1;
-
-const PROMISING: usize = 2;
-
-/// A gain in BIC that is not worth growing on for.
-const LITTLE: f64 = 4.0;
+constants! {
+    /// Points that every family is first tried on where all are wanted.
+    SCREEN: usize = 250, Effort("points of one fit");
+    /// Points that a start is made from where the first family that explains all will do.
+    START: usize = 160, Effort("points of one fit");
+    /// Points that a start is first fitted to.
+    GLANCE: usize = 80, Effort("points of one fit");
+    /// Reduced chi2 of those few beyond which a family is out where the first that explains all will do.
+    HOPELESS: f64 = 3.0, Effort("families that are not tried");
+    /// A family comes near the best where its chi2 is below this many times that one's and [`SLACK`] a point; on the few
+    /// points of a glance, below twice that.
+    NEARBY: f64 = 1.5, Effort("families that are not tried");
+    /// Chi2 a point by which a family may be worse than the best and come near it.
+    SLACK: f64 = 0.4, Effort("families that are not tried");
+    /// Difference in chi2 of two fits of one family that are the same.
+    SAME: f64 = 0.1, Effort("starts that are not followed up");
+    /// How many unlike fits of one family are followed up.
+    PROMISING: usize = 2, Effort("starts that are followed up");
+    /// A gain in BIC that is not worth growing on for.
+    LITTLE: f64 = 4.0, Effort("growths that are not followed up");
+    /// Steps of a fit from a cold start.
+    STEPS: usize = 14, Effort("steps of one fit");
+    /// Steps of a fit that goes on from one to fewer points.
+    FURTHER_STEPS: usize = 8, Effort("steps of one fit");
+    /// Steps of a fit until it no longer moves.
+    THOROUGH_STEPS: usize = 60, Effort("steps of one fit");
+    /// Share of its cost below which a step of that is none.
+    NO_STEP: f64 = 1e-7, Effort("steps of one fit");
+}
 
 impl Families {
     /// The best family for a patch: families by rising degrees of freedom, from `warm` shapes and
@@ -49,11 +54,12 @@ impl Families {
         hopeless: &mut Vec<Family>,
     ) -> Option<Scored> {
         let n = patch.points.len();
-        let few = (n >= 2 * GLANCE).then(|| thinned(patch.points, GLANCE));
+        let few = (n >= 2 * GLANCE.get()).then(|| thinned(patch.points, GLANCE.get()));
         let (points, normals);
         let mut first = *patch;
-        if n > START {
-            (points, normals) = (thinned(patch.points, START), thinned(patch.normals, START));
+        if n > START.get() {
+            (points, normals) =
+                (thinned(patch.points, START.get()), thinned(patch.normals, START.get()));
             first = Patch { points: &points, normals: &normals };
         }
         let quadrics = OnceCell::new();
@@ -70,13 +76,16 @@ impl Families {
             if let Some(few) = &few
                 && !starts.is_empty()
             {
-                starts =
-                    self.promising(starts, few, HOPELESS).into_iter().map(|s| s.shape).collect();
+                starts = self
+                    .promising(starts, few, HOPELESS.get())
+                    .into_iter()
+                    .map(|s| s.shape)
+                    .collect();
                 if starts.is_empty() {
                     hopeless.push(family);
                 }
             }
-            if let Some(o) = self.polished(starts, patch.points, 14) {
+            if let Some(o) = self.polished(starts, patch.points, STEPS.get()) {
                 seen.push(o.shape);
                 out.push(o);
                 if self.explains(&o, n) {
@@ -98,11 +107,12 @@ impl Families {
         let n = patch.points.len();
         let (points, normals);
         let mut screen = *patch;
-        if n > 2 * SCREEN {
-            (points, normals) = (thinned(patch.points, SCREEN), thinned(patch.normals, SCREEN));
+        if n > 2 * SCREEN.get() {
+            (points, normals) =
+                (thinned(patch.points, SCREEN.get()), thinned(patch.normals, SCREEN.get()));
             screen = Patch { points: &points, normals: &normals };
         }
-        let glance = thinned(screen.points, GLANCE);
+        let glance = thinned(screen.points, GLANCE.get());
         let quadrics = OnceCell::new();
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut tried: Vec<Vec<Scored>> = Vec::new();
@@ -116,23 +126,23 @@ impl Families {
             tried.push(fits);
         }
         let best = |tried: &[Scored]| tried.iter().map(|s| s.chi2).fold(f64::INFINITY, f64::min);
-        let near = |least: f64, m: usize| NEARBY * least + SLACK * m as f64;
+        let near = |least: f64, m: usize| NEARBY.get() * least + SLACK.get() * m as f64;
         let least = tried.iter().map(|t| best(t)).fold(f64::INFINITY, f64::min);
         tried.retain(|t| best(t) < 2.0 * near(least, glance.len()));
         let mut screened: Vec<Scored> = tried
             .into_par_iter()
             .filter_map(|t| {
-                self.polished(t.into_iter().map(|s| s.shape).collect(), screen.points, 14)
+                self.polished(t.into_iter().map(|s| s.shape).collect(), screen.points, STEPS.get())
             })
             .collect();
-        if n <= 2 * SCREEN {
+        if n <= 2 * SCREEN.get() {
             return screened;
         }
         let least = best(&screened);
-        screened.retain(|s| s.chi2 < near(least, SCREEN));
+        screened.retain(|s| s.chi2 < near(least, SCREEN.get()));
         screened
             .into_par_iter()
-            .filter_map(|s| self.polished(vec![s.shape], patch.points, 8))
+            .filter_map(|s| self.polished(vec![s.shape], patch.points, FURTHER_STEPS.get()))
             .collect()
     }
 
@@ -144,7 +154,11 @@ impl Families {
         shape: &Shape,
         hopeless: &[Family],
     ) -> Option<Scored> {
-        let options = Options { cauchy: Some(2.5 * self.sigma), steps: 60, tolerance: 1e-7 };
+        let options = Options {
+            cauchy: Some(ROBUST.get() * self.sigma),
+            steps: THOROUGH_STEPS.get(),
+            tolerance: NO_STEP.get(),
+        };
         let before = self.score(*shape, patch.points);
         let mut starts = vec![*shape];
         starts.extend(self.each_but(patch, &[*shape], hopeless).iter().map(|s| s.shape));
@@ -155,7 +169,7 @@ impl Families {
             .map(|f| self.score(f.shape, patch.points))
             .collect();
         let best = fitted.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
-        (best.bic < before.bic - LITTLE).then_some(best)
+        (best.bic < before.bic - LITTLE.get()).then_some(best)
     }
 
     /// The starts after a fit of each to a few of the points, the better ones first, those of one kind once;
@@ -163,14 +177,14 @@ impl Families {
     fn promising(&self, starts: Vec<Shape>, few: &[Vec3], hopeless: f64) -> Vec<Scored> {
         let mut fitted: Vec<Scored> = starts
             .iter()
-            .filter_map(|s| self.polish(s, few, 14))
+            .filter_map(|s| self.polish(s, few, STEPS.get()))
             .map(|f| self.score(f.shape, few))
             .filter(|s| s.reduced < hopeless)
             .collect();
         fitted.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
         // What came to the same cost came to the same place.
-        fitted.dedup_by(|b, a| b.chi2 - a.chi2 < SAME);
-        fitted.truncate(PROMISING);
+        fitted.dedup_by(|b, a| b.chi2 - a.chi2 < SAME.get());
+        fitted.truncate(PROMISING.get());
         fitted
     }
 

@@ -3,8 +3,14 @@
 use std::cell::OnceCell;
 
 use super::Families;
+use crate::fit::constant::constants;
 use crate::fit::starts::{LocalQuadric, Patch};
 use crate::fit::{Family, Shape, starts};
+
+constants! {
+    /// How far off a simpler shape a start of a richer family lies: a share of its size, or a half angle.
+    BESIDE: f64 = 0.05, Effort("steps of a fit from there");
+}
 
 impl Families {
     /// Starts of one family: shapes of it (or one step simpler) already seen, then cold ones.
@@ -30,7 +36,7 @@ impl Families {
             Family::Cone => {
                 out.extend(starts::cone(patch));
                 for s in seen.iter().filter(|s| s.family == Family::Cylinder) {
-                    for half in [0.05, -0.05] {
+                    for half in [BESIDE.get(), -BESIDE.get()] {
                         out.push(Shape { family, size: [s.size[0], half, 0.0], ..*s });
                     }
                 }
@@ -42,7 +48,11 @@ impl Families {
                         .filter_map(|w| starts::elliptic_cylinder(p, w)),
                 );
                 for s in seen.iter().filter(|s| s.family == Family::Cylinder) {
-                    out.push(Shape { family, size: [s.size[0] * 1.05, s.size[0], 0.0], ..*s });
+                    out.push(Shape {
+                        family,
+                        size: [s.size[0] * (1.0 + BESIDE.get()), s.size[0], 0.0],
+                        ..*s
+                    });
                 }
             }
             Family::Torus => out.extend(starts::torus(patch)),
@@ -53,7 +63,11 @@ impl Families {
                 for s in seen.iter().filter(|s| s.family == Family::Sphere) {
                     out.push(Shape {
                         family,
-                        size: [s.size[0] * 1.05, s.size[0], s.size[0] * 0.95],
+                        size: [
+                            s.size[0] * (1.0 + BESIDE.get()),
+                            s.size[0],
+                            s.size[0] * (1.0 - BESIDE.get()),
+                        ],
                         ..*s
                     });
                 }

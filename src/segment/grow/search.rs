@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use rayon::prelude::*;
 
 use crate::fit::Ruler;
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::walk::Walk;
@@ -13,20 +14,24 @@ use crate::segment::prepare::scene::Scene;
 use crate::segment::random::SplitMix64;
 use crate::segment::{Cancelled, Monitor};
 
-/// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
-const BATCH: usize = 4;
-
-/// Failed seeds that one draw of the policy stands for.
-const DRAW: usize = 8;
-
-/// Batches of seeds over which the search looks at what it still gains.
-const LOOK_BACK: usize = 64;
-
-/// New points a seed of those batches below which it ends: what is left is noise, freeform or clutter.
-const LEAST_YIELD: usize = 2;
-
-/// Points a hypothesis needs to be kept, unless surfaces may have fewer.
-pub const MIN_SUPPORT: usize = 30;
+constants! {
+    /// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
+    BATCH: usize = 4, Effort("seeds grown side by side");
+    /// Failed seeds that one draw of the policy stands for.
+    DRAW: usize = 8, Effort("seeds that may fail");
+    /// Batches of seeds over which the search looks at what it still gains.
+    LOOK_BACK: usize = 64, Effort("seeds that may fail");
+    /// New points a seed of those batches below which it ends: what is left is noise, freeform or clutter.
+    LEAST_YIELD: usize = 2, Effort("points below which seeds are not worth growing");
+    /// Points a hypothesis needs to be kept, unless surfaces may have fewer.
+    pub MIN_SUPPORT: usize = 30, Trial(30.0, 30.0);
+    /// Points among which a seed is chosen.
+    CHOICE: usize = 8, Effort("seeds compared");
+    /// Points of the pool for each seed more at once: where there are few, seeds grown side by side find the same.
+    CROWD: usize = 12_000, Effort("seeds grown side by side");
+    /// Sigmas within which a point on a hypothesis is no seed again.
+    COVERED: f64 = 2.5, Trial(2.5, 2.5);
+}
 
 /// A search for hypotheses all over a scene.
 pub struct Search<'a> {
@@ -61,12 +66,12 @@ impl<'a> Search<'a> {
     ) -> Result<Vec<Hypothesis>, Cancelled> {
         let Self { scene, families, most, .. } = *self;
         let before = trials.0;
-        let least = MIN_SUPPORT.min(families.policy.least);
+        let least = MIN_SUPPORT.get().min(families.policy.least);
         let mut seeds = Seeds::new(scene, self.seed, self.vain);
-        let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(scene.len())).collect();
+        let mut walks: Vec<Walk> = (0..BATCH.get()).map(|_| Walk::new(scene.len())).collect();
         let mut out: Vec<Hypothesis> = Vec::new();
         let (mut failures, mut yields) = (0, Yields::default());
-        while failures < families.policy.failures * DRAW && trials.0 - before < most {
+        while failures < families.policy.failures * DRAW.get() && trials.0 - before < most {
             monitor.check()?;
             let batch = seeds.draw();
             if batch.is_empty() {
@@ -105,12 +110,12 @@ impl Yields {
     /// Whether so many seeds, which covered so many new points, and those before gain too little to go on.
     fn is_least(&mut self, seeds: usize, newly: usize) -> bool {
         self.0.push_back((seeds, newly));
-        if self.0.len() <= LOOK_BACK {
+        if self.0.len() <= LOOK_BACK.get() {
             return false;
         }
         self.0.pop_front();
         let (tried, gained) = self.0.iter().fold((0, 0), |s, y| (s.0 + y.0, s.1 + y.1));
-        gained < tried * LEAST_YIELD
+        gained < tried * LEAST_YIELD.get()
     }
 }
 
@@ -124,11 +129,6 @@ struct Seeds<'a> {
     random: SplitMix64,
 }
 
-/// Points among which a seed is chosen.
-const CHOICE: usize = 8;
-/// Points of the pool for each seed more at once: where there are few, seeds grown side by side find the same.
-const CROWD: usize = 12_000;
-
 impl<'a> Seeds<'a> {
     fn new(scene: &'a Scene<'a>, seed: u64, vain: &[bool]) -> Self {
         let n = scene.len();
@@ -141,8 +141,8 @@ impl<'a> Seeds<'a> {
     /// The next seeds, the smoothest of a few each: interiors before edges, yet a tight arc has its turn.
     fn draw(&mut self) -> Vec<usize> {
         let mut seeds = Vec::new();
-        for _ in 0..BATCH.min(2 + self.pool.len() / CROWD) {
-            let few: Vec<usize> = (0..CHOICE).map_while(|_| self.pick()).collect();
+        for _ in 0..BATCH.get().min(2 + self.pool.len() / CROWD.get()) {
+            let few: Vec<usize> = (0..CHOICE.get()).map_while(|_| self.pick()).collect();
             let rough = |i: &usize| self.scene.roughness[*i];
             let smoothest = few.into_iter().min_by(|a, b| rough(a).total_cmp(&rough(b)));
             let Some(s) = smoothest else { break };
@@ -180,7 +180,7 @@ impl<'a> Seeds<'a> {
         let ruler = Ruler::of(&h.shape);
         let mut newly = 0;
         for &j in &h.support {
-            if ruler.distance(&self.scene.points[j as usize]).abs() < COVERED * sigma {
+            if ruler.distance(&self.scene.points[j as usize]).abs() < COVERED.get() * sigma {
                 newly += usize::from(!self.covered[j as usize]);
                 self.covered[j as usize] = true;
             }
@@ -188,9 +188,6 @@ impl<'a> Seeds<'a> {
         newly
     }
 }
-
-/// Sigmas within which a point on a hypothesis is no seed again.
-const COVERED: f64 = 2.5;
 
 #[cfg(test)]
 mod tests {
@@ -213,7 +210,7 @@ mod tests {
             Families { sigma: 2e-6, floor: 2e-6, max_radius: 600.0, ..fixtures::families() };
         let mut walk = Walk::new(scene.len());
         for seed in (0..scene.len()).step_by(600) {
-            let found = grow(&scene, &mut walk, &families, seed, MIN_SUPPORT);
+            let found = grow(&scene, &mut walk, &families, seed, MIN_SUPPORT.get());
             let found = found.filter(|h| h.shape.family == Family::Cone && h.sound);
             assert!(found.is_some_and(|h| h.support.len() == scene.len()), "{seed}");
         }

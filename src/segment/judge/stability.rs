@@ -2,25 +2,22 @@
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::search::MIN_SUPPORT;
 use crate::segment::grow::walk::Walk;
-use crate::segment::judge::whiteness::{CHANCE, far_correlation};
-use crate::segment::partition::{Partition, members};
+use crate::segment::partition::members;
 use crate::segment::prepare::scene::Scene;
 
-/// Growths from elsewhere in a set of points that tell whether it is a surface's.
-const REGROWN: usize = 5;
-
-/// How many of them must end up the same.
-const ALIKE: usize = 3;
-
-/// Correlation with further neighbours beyond which residuals have a form.
-const FORM: f64 = 0.07;
-
-/// Common share of two supports that are the same.
-const SAME: f64 = 0.75;
+constants! {
+    /// Growths from elsewhere in a set of points that tell whether it is a surface's.
+    REGROWN: usize = 5, Effort("growths of one set");
+    /// How many of them must end up the same.
+    ALIKE: usize = 3, Trial(3.0, 3.0);
+    /// Common share of two supports that are the same.
+    SAME: f64 = 0.75, Trial(0.75, 0.75);
+}
 
 /// The hypotheses, those sound that are the same wherever they start.
 pub fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
@@ -32,46 +29,38 @@ pub fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) ->
 }
 
 /// The regions of a scene with form errors that are no surfaces: growth from elsewhere in them ends
-/// elsewhere, and their residuals go together over more than the nearest neighbours, as those of noise do not whose
-/// rows or averages make growth stop early. They keep their points from flowing to their neighbours, and are not
-/// reported.
-pub fn spurious(scene: &Scene, families: &Families, model: &Partition) -> Vec<bool> {
-    let labels = &model.labels;
-    let regions = members(labels, model.shapes.len());
-    let all = regions.par_iter().zip(&model.shapes).enumerate();
-    all.map_init(
-        || Walk::new(scene.len()),
-        |walk, (l, (region, shape))| {
-            let inside = |j: u32| labels[j as usize] == l as i32;
-            let chance = CHANCE / (region.len().max(1) as f64).sqrt();
-            !is_stable(scene, walk, families, region)
-                && far_correlation(scene, shape, region, families.sigma, inside) > FORM + chance
-        },
-    )
-    .collect()
+/// elsewhere. They keep their points from flowing to their neighbours, and are not reported.
+pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
+    members(labels, regions)
+        .par_iter()
+        .map_init(
+            || Walk::new(scene.len()),
+            |walk, region| !is_stable(scene, walk, families, region),
+        )
+        .collect()
 }
 
 /// Whether most growths from elsewhere in a set of points end up with the same points.
 fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]) -> bool {
-    if points.len() < REGROWN || scene.cancelled() {
+    if points.len() < REGROWN.get() || scene.cancelled() {
         return false;
     }
     let mut own = points.to_vec();
     own.sort_unstable();
     let (mut alike, mut other) = (0, 0);
-    for k in 0..REGROWN {
-        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN)] as usize;
-        let grown = grow(scene, walk, families, seed, MIN_SUPPORT);
-        if grown.is_some_and(|h| common_share(&own, &h.support) > SAME) {
+    for k in 0..REGROWN.get() {
+        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.get())] as usize;
+        let grown = grow(scene, walk, families, seed, MIN_SUPPORT.get());
+        if grown.is_some_and(|h| common_share(&own, &h.support) > SAME.get()) {
             alike += 1;
         } else {
             other += 1;
         }
-        if alike == ALIKE || other > REGROWN - ALIKE {
+        if alike == ALIKE.get() || other > REGROWN.get() - ALIKE.get() {
             break;
         }
     }
-    alike == ALIKE
+    alike == ALIKE.get()
 }
 
 /// Points in both of two sets over those in either; `sorted` rises.
@@ -84,7 +73,7 @@ fn common_share(sorted: &[u32], other: &[u32]) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::Vec3;
-    use crate::segment::fixtures::{self, plane};
+    use crate::segment::fixtures;
     use crate::segment::random::SplitMix64;
 
     #[test]
@@ -105,15 +94,7 @@ mod tests {
         let labels: Vec<i32> = points.iter().map(side).collect();
         let sigma = 0.003;
         let families = Families { sigma, floor: sigma, max_radius: 1e3, ..fixtures::families() };
-        let model = |tilt: f64| {
-            let shapes = [Vec3::z(), Vec3::new(tilt, 0.0, 1.0).normalize()];
-            let shapes = shapes.map(|w| plane(Vec3::new(32.5, 0.0, 0.005), w)).to_vec();
-            fixtures::partition(shapes, labels.clone())
-        };
-        let scene = Scene::new(points);
-        assert_eq!(spurious(&scene, &families, &model(0.01)), [false, true]);
-        // What noise leaves of a part of a face is no form.
-        assert_eq!(spurious(&scene, &families, &model(0.0)), [false, false]);
+        assert_eq!(spurious(&Scene::new(points), &families, &labels, 2), [false, true]);
     }
 
     #[test]

@@ -50,8 +50,8 @@ impl Closest {
 mod tests {
     use super::*;
     use crate::geometry::Vec3;
-    use crate::segment::prepare::nearest::Runs;
     use crate::segment::fixtures::ordered;
+    use crate::segment::prepare::nearest::Runs;
     use crate::segment::random::SplitMix64;
 
     #[test]

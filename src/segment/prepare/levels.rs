@@ -1,5 +1,6 @@
 //! How patches scatter at a level of thinning, by groups of sites that lie together.
 
+use crate::fit::constant::constants;
 use crate::segment::median::median;
 use crate::segment::prepare::patch::Patch;
 use crate::segment::prepare::steps::rounding;
@@ -8,18 +9,16 @@ use crate::segment::prepare::steps::rounding;
 const GROUP: usize = 20;
 const APART: usize = 10;
 
-/// Patches of a group that tell something.
-const ENOUGH: usize = 8;
-
-/// Breadth from which on a patch spans two directions: a row beside one more comes to 0.05.
-const BROAD: f64 = 0.1;
-
-/// The 25 % quantile of scatter with 18 degrees of freedom, over sigma: sqrt(chi2_18(0.25) / 18), and what neighbours
-/// that patches share bring, by trial on even points.
-const QUARTER: f64 = 0.8716 * 1.02;
-
-/// Share of two sheets among a group's patches from which on these tell the noise.
-const SHEETS: f64 = 0.3;
+constants! {
+    /// Patches of a group that tell something.
+    ENOUGH: usize = 8, Trial(8.0, 8.0);
+    /// Breadth from which on a patch spans two directions: that of a row beside one more comes to 0.05.
+    BROAD: f64 = 0.1, Trial(0.1, 0.1);
+    /// The 25 % quantile of the scatter of patches, over sigma.
+    QUARTER: f64 = 0.889, Derived("sqrt(chi2_18(0.25) / 18) = 0.8716, and 2 % as the patches of a group share points");
+    /// Share of two sheets among a group's patches from which on these tell the noise.
+    SHEETS: f64 = 0.3, Trial(0.3, 0.3);
+}
 
 /// What patches at one level tell.
 pub struct Level {
@@ -72,18 +71,18 @@ impl Level {
 
 /// The scatter that a group's broad patches tell of.
 fn group_scatter(group: &[Option<Patch>], steps: &[f64; 3]) -> Option<f64> {
-    let broad: Vec<&Patch> = group.iter().flatten().filter(|p| p.breadth > BROAD).collect();
-    if broad.len() < ENOUGH {
+    let broad: Vec<&Patch> = group.iter().flatten().filter(|p| p.breadth > BROAD.get()).collect();
+    if broad.len() < ENOUGH.get() {
         return None;
     }
     let sheets: Vec<f64> = broad.iter().filter_map(|p| p.of_sheets).collect();
-    let told = if sheets.len() as f64 >= SHEETS * broad.len() as f64 {
+    let told = if sheets.len() as f64 >= SHEETS.get() * broad.len() as f64 {
         sheets
     } else {
         broad.iter().map(|p| p.scatter).collect()
     };
     let floor = quarter(broad.iter().map(|p| rounding(steps, &p.normal)).collect())?;
-    Some((quarter(told)? / QUARTER).max(floor))
+    Some((quarter(told)? / QUARTER.get()).max(floor))
 }
 
 /// The 25 % quantile of some values, between two in proportion.
@@ -120,9 +119,9 @@ mod tests {
         let on_a_line = Patch { breadth: 0.01, ..patch };
         assert_eq!(group_scatter(&[Some(on_a_line); GROUP], &none), None);
         let one = group_scatter(&[Some(patch); GROUP], &none);
-        assert_eq!(one, Some(1.0 / QUARTER));
+        assert_eq!(one, Some(1.0 / QUARTER.get()));
         let two = group_scatter(&[Some(Patch { of_sheets: Some(0.1), ..patch }); GROUP], &none);
-        assert_eq!(two, Some(0.1 / QUARTER));
+        assert_eq!(two, Some(0.1 / QUARTER.get()));
         let stepped = group_scatter(&[Some(patch); GROUP], &[0.0, 0.0, 12.0]);
         assert_eq!(stepped, Some(12_f64.sqrt()));
     }

@@ -1,6 +1,5 @@
 //! The points that a discovery works on: order, neighbours, normals, noise.
 
-pub mod around;
 pub mod candidates;
 pub mod closest;
 pub mod distinct;
@@ -11,9 +10,10 @@ pub mod noise;
 pub mod normals;
 pub mod patch;
 pub mod place;
+pub mod sampling;
 pub mod scene;
 pub mod steps;
 pub mod take;
-pub mod thinned;
 #[cfg(test)]
 mod tests;
+pub mod thinned;

@@ -4,42 +4,52 @@
 //! were taken and not of the noise. Thinned at random a cloud loses that structure, until patches reach over edges
 //! and curvature: in between lies the noise.
 
+use crate::fit::constant::constants;
 use crate::fit::general_fit;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
-use crate::segment::prepare::closest::MANY;
 use crate::segment::prepare::levels::Level;
 use crate::segment::prepare::steps::steps;
 use crate::segment::prepare::thinned::Thinned;
 
-/// Median roughness above which points fill a volume (1/3 in an even filling).
-pub const VOLUME: f32 = 0.12;
-
-/// Breadth of the nearest points, and share of the groups that tell something, of the first level looked at: below,
-/// neighbours lie on one row.
-const SPANNED: f64 = 0.1;
-const USABLE: f64 = 0.6;
-
-/// Thickness of patches in a filled volume is 0.45 to 0.6; from this on they are as thick as wide.
-const THICK: f64 = 0.2;
-
-/// Growth by which a thicker level than the first one still lies within the noise, by the thickness of patches: thin
-/// ones see curvature only as a large growth; in thick ones noise shows as that of the spacing, 1.6 for a quarter of
-/// the points.
-const GROWN: f64 = 1.2;
-const GROWN_THICK: f64 = 1.25;
-const GROWN_WITHIN: f64 = 1.7;
-const GROWN_THIN: f64 = 1.5;
-const GROWN_THINNEST: f64 = 2.5;
-
-/// Growth below which a level saw walls for noise that the next one tells apart.
-const SHRUNK: f64 = 0.5;
-
-/// Thicknesses that these are for; that at which one large growth may be followed by an even level.
-const WITHIN: f64 = 0.44;
-const THIN: f64 = 0.025;
-const THINNEST: f64 = 0.012;
-const EVEN: f64 = 0.05;
+constants! {
+    /// Median roughness above which points fill a volume (1/3 in an even filling).
+    pub VOLUME: f64 = 0.12, Trial(0.12, 0.12);
+    /// Breadth of the nearest points from which on they span two directions: less, and they lie on one row.
+    SPANNED: f64 = 0.1, Trial(0.1, 0.1);
+    /// Share of the groups of patches that tell something at the first level looked at.
+    USABLE: f64 = 0.6, Trial(0.6, 0.6);
+    /// Thickness of patches, scatter over reach, in a filled volume: 0.45 to 0.6 there.
+    FILLED: f64 = 0.4, Trial(0.4, 0.4);
+    /// Thickness of patches that are a good part as thick as wide.
+    THICK: f64 = 0.2, Trial(0.2, 0.2);
+    /// Thickness of patches that lie within the noise.
+    WITHIN: f64 = 0.44, Trial(0.44, 0.44);
+    /// Thickness of thin patches.
+    THIN: f64 = 0.025, Trial(0.025, 0.025);
+    /// Thickness of the thinnest ones.
+    THINNEST: f64 = 0.012, Trial(0.012, 0.012);
+    /// Thickness up to which one large growth may be followed by an even level.
+    EVEN: f64 = 0.05, Trial(0.05, 0.05);
+    /// Growth of the scatter by which a thinner part of the cloud still lies within the noise.
+    GROWN: f64 = 1.2, Trial(1.2, 1.2);
+    /// The same of patches as thick as wide.
+    GROWN_THICK: f64 = 1.25, Trial(1.25, 1.25);
+    /// The same of those within the noise: that of the spacing is 1.6 for a quarter of the points.
+    GROWN_WITHIN: f64 = 1.7, Trial(1.7, 1.7);
+    /// The same of thin patches, which see edges and curvature only as a large growth.
+    GROWN_THIN: f64 = 1.5, Trial(1.5, 1.5);
+    /// The same of the thinnest.
+    GROWN_THINNEST: f64 = 2.5, Trial(2.5, 2.5);
+    /// Growth below which a level saw walls for noise that the next one tells apart.
+    SHRUNK: f64 = 0.5, Trial(0.5, 0.5);
+    /// Growth beyond which edges and walls have come in: that by curvature alone is 8.
+    STEEPEST: f64 = 9.0, Derived("curvature's 8, and an eighth more for quantiles");
+    /// Least share of the first level's scatter that is not put down to curvature.
+    STRAIGHTENED: f64 = 0.3, Trial(0.3, 0.3);
+    /// Points of a cloud so small that it may be one surface of which a patch is a good part.
+    FEW: usize = 96, Derived("four patches of 24");
+}
 
 /// What is known of a cloud's noise before any surface is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,23 +78,20 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     let mut first = spanned;
     while let Some(next) = level(levels.len() as u32).filter(|_| levels.len() == first + 1) {
         levels.push(next);
-        if levels[first].growth(&levels[first + 1]).is_none_or(|g| g > SHRUNK) {
+        if levels[first].growth(&levels[first + 1]).is_none_or(|g| g > SHRUNK.get()) {
             break;
         }
         first += 1;
     }
     let sigma = levels[first].median_scatter().unwrap_or(0.0);
-    let grown = climb(&mut levels, first, level);
-    let sigma = if grown.to_the_end { sigma } else { sigma * grown.factor };
-    let few = points.len() < FEW;
+    let fills_volume = fills_volume(&mut levels, first, level);
+    let sigma = if fills_volume { sigma } else { sigma * climb(&mut levels, first, level) };
+    let few = points.len() < FEW.get();
     let sigma = if few { of_one_quadric(points).min(sigma) } else { sigma };
     // Where already the cloud spans two directions, all of it does.
     let spanning = if spanned == 0 { points.len() } else { thinned.points(spanned as u32) };
-    Noise { sigma, fills_volume: grown.to_the_end, spanning }
+    Noise { sigma, fills_volume, spanning }
 }
-
-/// Points of a cloud so small that it may be one surface of which a patch is a good part.
-const FEW: usize = 4 * MANY;
 
 /// Scatter about the quadric of any type that fits all points best.
 fn of_one_quadric(points: &[Vec3]) -> f64 {
@@ -96,7 +103,7 @@ fn of_one_quadric(points: &[Vec3]) -> f64 {
 
 /// The first level whose neighbours span two directions, or else the one at which most groups tell something.
 fn first_spanned(levels: &mut Vec<Level>, level: impl Fn(u32) -> Option<Level>) -> usize {
-    let spans = |l: &Level| l.inner_breadth > SPANNED && l.usable() >= USABLE;
+    let spans = |l: &Level| l.inner_breadth > SPANNED.get() && l.usable() >= USABLE.get();
     while !levels.last().is_some_and(spans) {
         let Some(next) = level(levels.len() as u32) else {
             let usable = |k: &usize| levels[*k].usable();
@@ -108,16 +115,27 @@ fn first_spanned(levels: &mut Vec<Level>, level: impl Fn(u32) -> Option<Level>) 
     levels.len() - 1
 }
 
-/// How the scatter grows beyond the first level within the noise.
-struct Grown {
-    factor: f64,
-    /// Whether patches are as thick as wide at all levels, to the thinnest.
-    to_the_end: bool,
+/// Whether patches are as thick as wide at all levels, to the thinnest: those of a sheet get flat in the end.
+fn fills_volume(
+    levels: &mut Vec<Level>,
+    first: usize,
+    level: impl Fn(u32) -> Option<Level>,
+) -> bool {
+    for l in first.. {
+        if l == levels.len() {
+            let Some(next) = level(l as u32) else { return l > first + 1 };
+            levels.push(next);
+        }
+        if levels[l].thickness < FILLED.get() {
+            break;
+        }
+    }
+    false
 }
 
-fn climb(levels: &mut Vec<Level>, first: usize, level: impl Fn(u32) -> Option<Level>) -> Grown {
+/// How many times the scatter grows beyond the first level's within the noise.
+fn climb(levels: &mut Vec<Level>, first: usize, level: impl Fn(u32) -> Option<Level>) -> f64 {
     let mut growths: Vec<f64> = Vec::new();
-    let mut thick = true;
     for l in first.. {
         // the growth to the next level, and that beyond
         while levels.len() < l + 3 {
@@ -127,44 +145,39 @@ fn climb(levels: &mut Vec<Level>, first: usize, level: impl Fn(u32) -> Option<Le
         let growth = |k: usize| levels.get(k + 1).and_then(|next| levels[k].growth(next));
         let Some(g) = growth(l) else { break };
         let (own, next) = (levels[l].thickness, levels[l + 1].thickness);
-        thick &= own > THICK;
         let beyond = growth(l + 1);
-        let even = next < EVEN && g < GROWN_THINNEST && beyond.is_some_and(|h| h < GROWN_THICK);
-        let bends = beyond.is_none() && g > GROWN_THICK && !thick;
-        if g >= most_growth(own, next) && !even || next > THIN.max(2.0 * own) || bends {
-            thick = false;
+        let even = next < EVEN.get()
+            && g < GROWN_THINNEST.get()
+            && beyond.is_some_and(|h| h < GROWN_THICK.get());
+        let bends = beyond.is_none() && g > GROWN_THICK.get();
+        if g >= most_growth(own, next) && !even || next > THIN.get().max(2.0 * own) || bends {
             break;
         }
         growths.push((g * straightened(beyond)).max(1.0));
     }
     let growth = |k: usize| levels.get(k + 1).and_then(|next| levels[k].growth(next));
-    let bend = straightened(growth(first)).max(STRAIGHTENED);
+    let bend = straightened(growth(first)).max(STRAIGHTENED.get());
     let last = growths.last().map_or(1.0, |g| g.sqrt());
-    let factor = bend * growths.iter().product::<f64>() / last;
-    let to_the_end = thick && factor > GROWN_THIN;
-    Grown { factor, to_the_end }
+    bend * growths.iter().product::<f64>() / last
 }
-
-/// Least share of the first level's scatter that is not put down to curvature.
-const STRAIGHTENED: f64 = 0.3;
-
-/// Growth beyond which edges and walls have come in: that by curvature alone is 8, and a part for the quantiles.
-const STEEPEST: f64 = 9.0;
 
 /// Share of a level's scatter that is not curvature, from the growth to the next, at twice the spacing: what a quadric
 /// does not follow grows with the third power of the spacing or faster, its square 64 times; noise does not.
 fn straightened(growth: Option<f64>) -> f64 {
-    let curved = growth.filter(|g| *g < STEEPEST).map_or(0.0, |g| (g * g - 1.0) / 63.0);
+    let curved = growth.filter(|g| *g < STEEPEST.get()).map_or(0.0, |g| (g * g - 1.0) / 63.0);
     (1.0 - curved.max(0.0)).max(0.0).sqrt()
 }
 
 /// The growth from a level of one thickness to one of another up to which both lie within the noise.
 fn most_growth(own: f64, next: f64) -> f64 {
     match () {
-        () if next < THINNEST => GROWN_THINNEST,
-        () if next < THIN => GROWN_THIN,
-        () if own > WITHIN => GROWN_WITHIN,
-        () if own > THICK => GROWN_THICK,
-        () => GROWN,
+        () if next < THINNEST.get() => GROWN_THINNEST.get(),
+        () if next < THIN.get() => GROWN_THIN.get(),
+        () if own > WITHIN.get() => GROWN_WITHIN.get(),
+        () if own > THICK.get() => GROWN_THICK.get(),
+        () => GROWN.get(),
     }
 }
+
+#[cfg(test)]
+mod tests;

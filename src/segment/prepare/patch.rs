@@ -2,6 +2,7 @@
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector, SymmetricEigen};
 
+use crate::fit::constant::constants;
 use crate::geometry::{Mat3, Vec3, perpendicular_frame};
 use crate::segment::prepare::closest::MANY;
 
@@ -13,34 +14,33 @@ type Equations = Cholesky<f64, Const<6>>;
 /// Nearest points that tell whether the cloud is as dense in all directions.
 const INNER: usize = 9;
 
-/// Ridge, in mean squares of columns scaled to unit reach, of the fit that turns a patch into its own frame. Two rows
-/// of points leave the tilt about them to the noise: without it the sheet stands upright on them and nothing is left.
-const RIDGE: f64 = 1e-4;
-
-/// The same for the last fit: it only keeps the equations solvable.
+/// The ridge of the last fit: it only keeps the equations solvable.
 const TINY: f64 = 1e-11;
 
 /// Degrees of freedom that a quadric leaves, and a quadric with a wall.
 const ONE_SHEET: f64 = (MANY - 6) as f64;
 const TWO_SHEETS: f64 = (MANY - 7) as f64;
 
-/// Times that points change sides.
-const REASSIGNED: usize = 6;
-
-/// Two sheets must leave so little of what one leaves: halving normal residuals by chance leaves 0.6.
-const LEFT: f64 = 0.3;
-
-/// Points of 24 that the smaller sheet has at least (15 %), and that are nearest, along the sheets, to one of the
-/// other (25 %): an edge's two faces lie beside each other, a wall's on top of each other.
-const SIDE: usize = 4;
-const OPPOSITE: usize = 6;
-
-/// A wall is thicker than so many spacings: thinner ones are noise as like as not.
-const WALL: f64 = 0.15;
-
-/// Two sheets leave one at least so much, in reaches: the smaller holds 15 % of the points, the wall is 0.15 spacings
-/// thick, and a quadric may follow half of that.
-const LEAST_OF_SHEETS: f64 = 0.01;
+constants! {
+    /// Ridge, in mean squares of columns scaled to unit reach, of the fit that turns a patch into its own frame. Two
+    /// rows of points leave the tilt about them to the noise: without it the sheet stands upright on them and nothing
+    /// is left.
+    RIDGE: f64 = 1e-4, Trial(1e-4, 1e-4);
+    /// Times that points change sides.
+    REASSIGNED: usize = 6, Effort("rounds of reassignment");
+    /// Share of the scatter about one sheet that is left about two: halving normal residuals leaves 0.6.
+    LEFT: f64 = 0.3, Trial(0.3, 0.3);
+    /// Points of 24 on the smaller sheet at least.
+    SIDE: usize = 4, Trial(4.0, 4.0);
+    /// Points of 24 whose nearest one along the sheets is on the other: an edge's two faces lie beside each other, a
+    /// wall's on top of each other.
+    OPPOSITE: usize = 6, Trial(6.0, 6.0);
+    /// Thickness of a wall in spacings at least: thinner ones are noise as like as not.
+    WALL: f64 = 0.15, Trial(0.15, 0.15);
+    /// Scatter that two sheets leave one, in reaches: the smaller holds 15 % of the points, the wall is 0.15 spacings
+    /// thick, and a quadric may follow half of that.
+    LEAST_OF_SHEETS: f64 = 0.01, Derived("sqrt(0.15 * 0.85) * 0.15 * 0.512 / 2, less a margin");
+}
 
 /// The spacing of points spread evenly over a disc, in root mean square distances from its centre: sqrt(2 pi / 24).
 const SPACING: f64 = 0.512;
@@ -76,14 +76,14 @@ impl Patch {
             return None;
         }
         let q = points.map(|p| p / scale);
-        let rough = Sheet::of(&q, normal, RIDGE)?;
+        let rough = Sheet::of(&q, normal, RIDGE.get())?;
         let fine = Sheet::of(&q, rough.normal, TINY)?;
         let rss = dot(&fine.left, &fine.left);
         let reach = mean_sq.sqrt();
         let scatter = (rss / ONE_SHEET).sqrt();
-        let most = LEFT * scatter;
-        let wall = WALL * SPACING * reach / scale;
-        let of_sheets = (scatter > LEAST_OF_SHEETS * reach / scale)
+        let most = LEFT.get() * scatter;
+        let wall = WALL.get() * SPACING * reach / scale;
+        let of_sheets = (scatter > LEAST_OF_SHEETS.get() * reach / scale)
             .then(|| fine.two_sheets(&rough.heights, most, wall))
             .flatten();
         let [scatter, of_sheets] = [Some(scatter), of_sheets].map(|s| s.map(|s| s * scale));
@@ -142,8 +142,7 @@ impl Sheet {
         let (u, v) = perpendicular_frame(&up);
         let [x, y, heights] = [u, v, up].map(|e| q.map(|p| p.dot(&e)));
         let product = |a: &Column, b: &Column| std::array::from_fn(|k| a[k] * b[k]);
-        let columns =
-            [[1.0; MANY], x, y, product(&x, &x), product(&x, &y), product(&y, &y)];
+        let columns = [[1.0; MANY], x, y, product(&x, &x), product(&x, &y), product(&y, &y)];
         let mut a = SMatrix::<f64, 6, 6>::zeros();
         for r in 0..6 {
             for c in 0..=r {
@@ -169,16 +168,19 @@ impl Sheet {
         let (rss, half, sides) = ends.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let scatter = (rss.max(0.0) / TWO_SHEETS).sqrt();
         let above = sides.iter().filter(|s| **s > 0.0).count();
-        let both = above >= SIDE && MANY - above >= SIDE;
-        (scatter < most && 2.0 * half.abs() > wall && both && self.opposite(&sides) >= OPPOSITE)
-            .then_some(scatter)
+        let both = above >= SIDE.get() && MANY - above >= SIDE.get();
+        (scatter < most
+            && 2.0 * half.abs() > wall
+            && both
+            && self.opposite(&sides) >= OPPOSITE.get())
+        .then_some(scatter)
     }
 
     /// What is left of the heights' squares, half the wall and the sides once points have changed these.
     #[inline(always)]
     fn settle(&self, mut sides: Column) -> Option<(f64, f64, Column)> {
         let mut best = None;
-        for _ in 0..REASSIGNED {
+        for _ in 0..REASSIGNED.get() {
             let c = self.equations.solve(&projected(&self.columns, &sides));
             let own = without(&self.columns, &sides, &c);
             let square = dot(&own, &own);
@@ -187,8 +189,7 @@ impl Sheet {
             }
             let half = dot(&self.left, &own) / square;
             let rss = dot(&self.left, &self.left) - half * half * square;
-            let middle: Column =
-                std::array::from_fn(|k| self.left[k] + half * (sides[k] - own[k]));
+            let middle: Column = std::array::from_fn(|k| self.left[k] + half * (sides[k] - own[k]));
             best = Some((rss, half, sides));
             let next = middle.map(side);
             if next == sides {

@@ -1,25 +1,26 @@
 //! Steps in which coordinates come: decimals, floating point numbers far from the origin, voxels.
 
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Points whose coordinates are compared.
-const SAMPLE: usize = 2000;
-
-/// What counts as rounding, in sizes of the cloud.
-const ROUNDING: f64 = 1e-12;
-
-/// Steps shorter than this, in sizes of the cloud, are those of any double.
-const LEAST: f64 = 1e-9;
+constants! {
+    /// Points whose coordinates are compared.
+    SAMPLE: usize = 2_000, Effort("points compared");
+    /// What counts as rounding, in sizes of the cloud.
+    ROUNDING: f64 = 1e-12, Derived("a few thousand roundings of a double");
+    /// Steps shorter than this, in sizes of the cloud, are those of any double.
+    LEAST: f64 = 1e-9, Derived("a thousand times what counts as rounding");
+}
 
 /// The even step in which each coordinate of the points comes; nought where in none.
 pub fn steps(points: &[Vec3]) -> [f64; 3] {
     let size = points.iter().flat_map(|p| p.iter()).fold(0.0_f64, |m, x| m.max(x.abs()));
     std::array::from_fn(|k| {
-        let m = points.len().min(SAMPLE);
+        let m = points.len().min(SAMPLE.get());
         let mut values: Vec<f64> = (0..m).map(|i| points[i * points.len() / m][k]).collect();
         values.sort_unstable_by(f64::total_cmp);
-        let gaps = values.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > ROUNDING * size);
-        common_divisor(gaps, ROUNDING * size, LEAST * size)
+        let gaps = values.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > ROUNDING.get() * size);
+        common_divisor(gaps, ROUNDING.get() * size, LEAST.get() * size)
     })
 }
 
@@ -67,9 +68,8 @@ mod tests {
             (0..3000).map(|_| Vec3::new(round(at()), at(), round(3.0 * at()))).collect()
         };
         let shift = Vec3::new(3.1234, 2.7, 0.377);
-        let of = |cloud: Vec<Vec3>| {
-            steps(&cloud.into_iter().map(|p| p - shift).collect::<Vec<_>>())
-        };
+        let of =
+            |cloud: Vec<Vec3>| steps(&cloud.into_iter().map(|p| p - shift).collect::<Vec<_>>());
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
         let [x, y, z] = of(cloud(&|x| (100.0 * x).round() / 100.0));
         assert!(near(x, 0.01) && y == 0.0 && near(z, 0.01), "{x} {y} {z}");

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
 use crate::segment::prepare::closest::MANY;
@@ -9,17 +10,17 @@ use crate::segment::prepare::nearest::Runs;
 use crate::segment::prepare::patch::Patch;
 use crate::segment::random::SplitMix64;
 
-/// Sites looked at, most.
-const SITES: usize = 1000;
-
-/// Points that the first level has at most: a surface of a thousandth of a larger cloud still has two patches and more.
-const MOST: usize = 320_000;
+constants! {
+    /// Sites looked at, most.
+    SITES: usize = 1_000, Effort("sites whose patches are looked at");
+    /// Points that the first level has at most: a surface of a thousandth of a larger cloud still has two patches.
+    MOST: usize = 320_000, Effort("points of the first level");
+    /// Points that a level has at least.
+    LEAST: usize = 96, Derived("four patches of 24");
+}
 
 /// Each level has one point in so many of the last, in powers of two.
 const BITS: u32 = 2;
-
-/// Points that a level has at least: four patches.
-const LEAST: usize = 4 * MANY;
 
 /// Sites between two looks at whether the work was cancelled.
 const WATCHED: usize = 64;
@@ -35,7 +36,7 @@ pub struct Thinned<'a> {
 impl<'a> Thinned<'a> {
     /// `points` in Morton order.
     pub fn of(points: &'a [Vec3], monitor: &'a dyn Monitor) -> Self {
-        let first = (points.len() as f64 / MOST as f64).log2().ceil().max(0.0) as u32;
+        let first = (points.len() as f64 / MOST.get() as f64).log2().ceil().max(0.0) as u32;
         Self { points, first, monitor }
     }
 
@@ -47,12 +48,12 @@ impl<'a> Thinned<'a> {
     /// The patches of a level at the sites, in Morton order; `None` where the level has too few points.
     pub fn level(&self, level: u32) -> Option<Vec<Option<Patch>>> {
         let kept = self.kept(self.first + BITS * level);
-        if kept.len() < LEAST {
+        if kept.len() < LEAST.get() {
             return None;
         }
         let points: Vec<Vec3> = kept.iter().map(|&i| self.points[i as usize]).collect();
         let runs = Runs::of(&points);
-        let sites = self.points.len().min(SITES);
+        let sites = self.points.len().min(SITES.get());
         let at = |k: usize| k * self.points.len() / sites;
         let patch = |k: usize| {
             if k.is_multiple_of(WATCHED) && self.monitor.cancelled() {

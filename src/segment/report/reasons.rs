@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
 use crate::segment::prepare::candidates::K;
@@ -9,14 +10,14 @@ use crate::segment::prepare::noise::VOLUME;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::union::Union;
 
-/// Points looked at; with more, every n-th stands for the rest.
-const SAMPLE: usize = 50_000;
-
-/// Unassigned points further apart than this many spacings do not hang together.
-const REACH: f64 = 2.5;
-
-/// Fewer points than this in one place are isolated.
-const ISOLATED: usize = 10;
+constants! {
+    /// Points looked at; with more, every n-th stands for the rest.
+    SAMPLE: usize = 50_000, Effort("points looked at");
+    /// Unassigned points further apart than this many spacings do not hang together.
+    REACH: f64 = 2.5, Trial(2.5, 2.5);
+    /// Fewer points than this in one place are isolated.
+    ISOLATED: usize = 10, Trial(10.0, 10.0);
+}
 
 /// Why a point has no region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -59,7 +60,7 @@ pub fn explain(
     monitor: &dyn Monitor,
 ) -> BTreeMap<Reason, usize> {
     let mut counts = BTreeMap::new();
-    let stride = points.len().div_ceil(SAMPLE).max(1);
+    let stride = points.len().div_ceil(SAMPLE.get()).max(1);
     let sample: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
     if sample.len() <= K {
         *counts.entry(Reason::Outlier).or_insert(0) += points.len();
@@ -68,7 +69,7 @@ pub fn explain(
     let (m, n) = (sample.len(), points.len());
     let Ok(scene) = Scene::watched(sample, monitor) else { return counts };
     let mut seen = 0;
-    for group in groups(&scene, REACH * spacing * (stride as f64).sqrt()) {
+    for group in groups(&scene, REACH.get() * spacing * (stride as f64).sqrt()) {
         if scene.cancelled() {
             break;
         }
@@ -95,7 +96,8 @@ fn groups(scene: &Scene, reach: f64) -> Vec<Vec<u32>> {
 }
 
 fn judge(scene: &Scene, group: &[u32], size: usize, min_points: usize) -> Reason {
-    if size < ISOLATED || scene.median_roughness(group.iter().copied()) > VOLUME {
+    if size < ISOLATED.get() || scene.median_roughness(group.iter().copied()) > VOLUME.get() as f32
+    {
         Reason::Outlier
     } else if size < min_points {
         Reason::TooSmall
@@ -143,7 +145,7 @@ mod tests {
 
     #[test]
     fn counts_add_up_for_more_points_than_are_looked_at() {
-        for n in [SAMPLE + 1, 3 * SAMPLE - 7] {
+        for n in [SAMPLE.get() + 1, 3 * SAMPLE.get() - 7] {
             let mut random = SplitMix64::new(2);
             let side = (n as f64).sqrt();
             let mut u = || side * uniform(&mut random);
