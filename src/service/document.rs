@@ -57,7 +57,7 @@ pub struct UnassignedPoints {
     /// How many for each reason: `outlier` (alone, within a volume, or further from every surface than the
     /// tolerance), `too_small` (a patch of fewer than `min_points`), `no_quadric` (a surface of another
     /// type than those looked for, or outside the constraints, or with residuals beyond the noise given; with
-    /// `rcond` all), `over_max_regions` (of a
+    /// `rcond` all), `not_examined` (the work on the cloud came to its bound before), `over_max_regions` (of a
     /// region beyond the largest `max_regions`), `duplicate` (a further copy of a point that another reason
     /// counts), `not_finite` (a coordinate is NaN or infinite). More may come. Above 50 000 points without
     /// a region the shares of the first three are estimated.

@@ -31,6 +31,17 @@ constants! {
     CROWD: usize = 12_000, Effort("seeds grown side by side");
     /// Sigmas within which a point on a hypothesis is no seed again.
     COVERED: f64 = 2.5, Trial(2.5, 2.5);
+    /// Points that a search may visit for each of a scene's: several times the 20 to 100 that searches for surfaces
+    /// need.
+    VISITS: usize = 400, Effort("work that is allowed");
+    /// The same beside that: as many as a hundred seeds visit.
+    VISITS_BESIDE: usize = 1_000_000, Effort("work that is allowed");
+}
+
+/// The work that a search on so many points may be, in points visited: only where hardly anything grows, or everything
+/// a little, it comes to more.
+pub fn allowance(points: usize) -> u64 {
+    (VISITS_BESIDE.get() + VISITS.get() * points) as u64
 }
 
 /// A search for hypotheses all over a scene.
@@ -54,7 +65,7 @@ impl<'a> Search<'a> {
     }
 
     /// Grows hypotheses until every point is covered or has been tried, `most` seeds were tried or what was found
-    /// so far is `enough`. In the order of their seeds.
+    /// so far is `enough`, or the work comes to more than is allowed for so many points. In the order of their seeds.
     ///
     /// # Errors
     /// `monitor` cancelled the work.
@@ -66,6 +77,7 @@ impl<'a> Search<'a> {
     ) -> Result<Vec<Hypothesis>, Cancelled> {
         let Self { scene, families, most, .. } = *self;
         let before = trials.0;
+        let allowed = scene.work.done() + allowance(scene.len());
         let least = MIN_SUPPORT.get().min(families.policy.least);
         let mut seeds = Seeds::new(scene, self.seed, self.vain);
         let mut walks: Vec<Walk> = (0..BATCH.get()).map(|_| Walk::new(scene.len())).collect();
@@ -75,6 +87,10 @@ impl<'a> Search<'a> {
             monitor.check()?;
             let batch = seeds.draw();
             if batch.is_empty() {
+                break;
+            }
+            if scene.work.done() > allowed {
+                scene.work.leave();
                 break;
             }
             let grown: Vec<Option<Hypothesis>> = batch

@@ -1,5 +1,6 @@
 //! The points that a discovery works on: order, neighbours, normals, noise.
 
+pub mod boxes;
 pub mod candidates;
 pub mod closest;
 pub mod distinct;
@@ -17,3 +18,4 @@ pub mod take;
 #[cfg(test)]
 mod tests;
 pub mod thinned;
+pub mod work;

@@ -12,7 +12,7 @@ fn of_the_candidates_the_nearest_stay_nearest_first_whether_or_not_some_are_equa
     let mut random = Random::new(1);
     for len in [0, 1, K - 1, K, K + 1, 50, ROOM] {
         for steps in [3.0, 1e12] {
-            let mut found = Candidates::within(f64::INFINITY);
+            let mut found = Candidates::within(f64::INFINITY, 1.0);
             let sq: Vec<f64> = (0..len).map(|_| random.uniform(0.0, steps).floor()).collect();
             for (k, &d) in sq.iter().enumerate() {
                 // Places in falling order: of equals the lowest is first.

@@ -61,9 +61,14 @@ pub fn report(
         }
         free.retain(|&i| labels[i as usize] < 0);
     }
-    let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
-    for (reason, n) in explain(&left, spacing, parameters.min_points, monitor) {
-        *reasons.entry(reason).or_insert(0) += n;
+    // Tori, which are not reported, were found nevertheless.
+    let found_out = |i: &u32| !found.scene.work.is_left() || found.labels[*i as usize] >= 0;
+    let (seen, unseen): (Vec<u32>, Vec<u32>) = free.iter().partition(|i| found_out(i));
+    for (free, examined) in [(seen, true), (unseen, false)] {
+        let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
+        for (reason, n) in explain(&left, spacing, parameters.min_points, examined, monitor) {
+            *reasons.entry(reason).or_insert(0) += n;
+        }
     }
     monitor.check()?;
     let tallies = tallies(points, &labels, &kept, monitor);
