@@ -35,6 +35,11 @@ const STRUCTURAL: &[(&str, &str)] = &[
     ("SMALLEST_EXTENT", "range of double precision"),
     ("UNTESTED", "coefficients of a quadric but one"),
     ("SHELL_RATIO", "a ratio of areas of two"),
+    ("MANY", "size of arrays"),
+    ("TINY", "rounding"),
+    ("ONE_SHEET", "degrees of freedom"),
+    ("TWO_SHEETS", "degrees of freedom"),
+    ("SPACING", "geometry of a disc"),
 ];
 
 /// The sources below a directory, tests left out.

@@ -5,11 +5,11 @@ use crate::segment::median::median;
 use crate::segment::prepare::patch::Patch;
 use crate::segment::prepare::steps::rounding;
 
-/// Sites of a group, and how far apart groups begin.
-const GROUP: usize = 20;
-const APART: usize = 10;
-
 constants! {
+    /// Sites of a group: enough for a quantile, few enough to lie together.
+    TOGETHER: usize = 20, Trial(20.0, 20.0);
+    /// Sites from the beginning of one group to that of the next.
+    APART: usize = 10, Effort("groups looked at");
     /// Patches of a group that tell something.
     ENOUGH: usize = 8, Trial(8.0, 8.0);
     /// Breadth from which on a patch spans two directions: that of a row beside one more comes to 0.05.
@@ -28,8 +28,6 @@ pub struct Level {
     pub thickness: f64,
     /// Median breadth of the patches' nearest points.
     pub inner_breadth: f64,
-    /// Median spacing.
-    pub spacing: f64,
 }
 
 impl Level {
@@ -40,13 +38,13 @@ impl Level {
             let mut values: Vec<f64> = all().map(of).filter(|x| x.is_finite()).collect();
             median(&mut values).unwrap_or(0.0)
         };
-        let starts = (0..patches.len().max(1)).step_by(APART);
-        let groups = starts.map(|s| &patches[s.min(patches.len())..patches.len().min(s + GROUP)]);
+        let starts = (0..patches.len().max(1)).step_by(APART.get());
+        let groups =
+            starts.map(|s| &patches[s.min(patches.len())..patches.len().min(s + TOGETHER.get())]);
         Self {
             scatter: groups.map(|g| group_scatter(g, steps)).collect(),
             thickness: middle(&Patch::thickness),
             inner_breadth: middle(&|p| p.inner_breadth),
-            spacing: middle(&Patch::spacing),
         }
     }
 
@@ -117,12 +115,12 @@ mod tests {
         };
         let none = [0.0; 3];
         let on_a_line = Patch { breadth: 0.01, ..patch };
-        assert_eq!(group_scatter(&[Some(on_a_line); GROUP], &none), None);
-        let one = group_scatter(&[Some(patch); GROUP], &none);
+        assert_eq!(group_scatter(&[Some(on_a_line); 20], &none), None);
+        let one = group_scatter(&[Some(patch); 20], &none);
         assert_eq!(one, Some(1.0 / QUARTER.get()));
-        let two = group_scatter(&[Some(Patch { of_sheets: Some(0.1), ..patch }); GROUP], &none);
+        let two = group_scatter(&[Some(Patch { of_sheets: Some(0.1), ..patch }); 20], &none);
         assert_eq!(two, Some(0.1 / QUARTER.get()));
-        let stepped = group_scatter(&[Some(patch); GROUP], &[0.0, 0.0, 12.0]);
+        let stepped = group_scatter(&[Some(patch); 20], &[0.0, 0.0, 12.0]);
         assert_eq!(stepped, Some(12_f64.sqrt()));
     }
 }

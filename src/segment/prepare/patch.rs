@@ -11,9 +11,6 @@ type Column = [f64; MANY];
 /// Normal equations of a graph quadric.
 type Equations = Cholesky<f64, Const<6>>;
 
-/// Nearest points that tell whether the cloud is as dense in all directions.
-const INNER: usize = 9;
-
 /// The ridge of the last fit: it only keeps the equations solvable.
 const TINY: f64 = 1e-11;
 
@@ -26,6 +23,8 @@ constants! {
     /// rows of points leave the tilt about them to the noise: without it the sheet stands upright on them and nothing
     /// is left.
     RIDGE: f64 = 1e-4, Trial(1e-4, 1e-4);
+    /// Nearest points that tell whether the cloud is as dense in all directions.
+    INNER: usize = 9, Trial(9.0, 9.0);
     /// Times that points change sides.
     REASSIGNED: usize = 6, Effort("rounds of reassignment");
     /// Share of the scatter about one sheet that is left about two: halving normal residuals leaves 0.6.
@@ -87,7 +86,7 @@ impl Patch {
             .then(|| fine.two_sheets(&rough.heights, most, wall))
             .flatten();
         let [scatter, of_sheets] = [Some(scatter), of_sheets].map(|s| s.map(|s| s * scale));
-        let inner_breadth = spread(&points[..INNER]).1;
+        let inner_breadth = spread(&points[..INNER.get().min(MANY)]).1;
         let normal = fine.normal;
         let scatter = scatter.filter(|s| s.is_finite())?;
         Some(Self { scatter, of_sheets, reach, breadth, inner_breadth, normal })
@@ -96,11 +95,6 @@ impl Patch {
     /// Scatter over reach: how thick the patch is.
     pub fn thickness(&self) -> f64 {
         self.scatter / self.reach
-    }
-
-    /// The spacing of its points.
-    pub fn spacing(&self) -> f64 {
-        SPACING * self.reach
     }
 }
 

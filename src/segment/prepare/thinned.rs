@@ -15,12 +15,11 @@ constants! {
     SITES: usize = 1_000, Effort("sites whose patches are looked at");
     /// Points that the first level has at most: a surface of a thousandth of a larger cloud still has two patches.
     MOST: usize = 320_000, Effort("points of the first level");
+    /// How much thinner each level is than the last, in powers of two.
+    BITS: usize = 2, Derived("spacing doubles from level to level");
     /// Points that a level has at least.
     LEAST: usize = 96, Derived("four patches of 24");
 }
-
-/// Each level has one point in so many of the last, in powers of two.
-const BITS: u32 = 2;
 
 /// Sites between two looks at whether the work was cancelled.
 const WATCHED: usize = 64;
@@ -42,13 +41,13 @@ impl<'a> Thinned<'a> {
 
     /// How many points a level has, about.
     pub fn points(&self, level: u32) -> usize {
-        self.points.len() >> (self.first + BITS * level)
+        self.points.len() >> (self.first + BITS.get() as u32 * level)
     }
 
     /// The patches of a level at the sites, in Morton order; `None` where the level has too few points.
     pub fn level(&self, level: u32) -> Option<Vec<Option<Patch>>> {
-        let kept = self.kept(self.first + BITS * level);
-        if kept.len() < LEAST.get() {
+        let kept = self.kept(self.first + BITS.get() as u32 * level);
+        if kept.len() < LEAST.get().max(MANY) {
             return None;
         }
         let points: Vec<Vec3> = kept.iter().map(|&i| self.points[i as usize]).collect();
