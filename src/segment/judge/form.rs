@@ -8,7 +8,9 @@ use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::{Search, allowance};
-use crate::segment::judge::stability::judged;
+use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::judge::stability::{judged, rescued};
+use crate::segment::judge::whiteness::correlated;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
@@ -93,11 +95,17 @@ pub fn hypotheses(
     }
     let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
     families.sigma = LEVEL * sigma;
+    families.floor = families.floor.max(sigma);
+    families.common = at.common;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
+    families.common = in_common(&found);
     if at.share <= STABLE.get() {
         found = judged(scene, families, found);
+    } else {
+        let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
+        found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
+        found = rescued(scene, families, found);
     }
-    families.common = Some(typical(&found)).filter(|c| *c > COMMON.get()).unwrap_or(0.0);
     Ok(Looked::Found(found, at.share > STABLE.get()))
 }
 
@@ -108,12 +116,19 @@ fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
     taken
 }
 
+/// What residuals of neighbours have in common at hypotheses of one scatter.
+fn in_common(found: &[Hypothesis]) -> f64 {
+    Some(typical(found)).filter(|c| *c > COMMON.get()).unwrap_or(0.0)
+}
+
 /// The scatter at which most of what is grown is the same wherever it starts.
 struct Scatter {
     /// It, or that at which the most is; none where next to nothing is at any.
     sigma: Option<f64>,
     /// Share of the grown points that is.
     share: f64,
+    /// What residuals have in common there.
+    common: f64,
 }
 
 /// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
@@ -126,7 +141,7 @@ fn scatter(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Scatter, Cancelled> {
-    let mut best = Scatter { sigma: None, share: LEAST.get() };
+    let mut best = Scatter { sigma: None, share: LEAST.get(), common: 0.0 };
     let first = usize::from(!taken.is_empty());
     // All levels together may be as much work as two searches.
     let allowed = scene.work.done() + 2 * allowance(scene.len());
@@ -138,19 +153,22 @@ fn scatter(
         let sigma = families.sigma * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
         let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
-        let mut look = |most: usize| -> Result<f64, Cancelled> {
+        let mut look = |most: usize| -> Result<(f64, f64), Cancelled> {
             let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
             let part = most as f64 / LOOK.get() as f64;
             let rough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
-            Ok(if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 })
+            let common = in_common(&few);
+            let share =
+                if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 };
+            Ok((share, common))
         };
         // Of freeform none is, and by outliers few points are won: the first few seeds tell.
-        if look(AT_ONCE)? == 0.0 {
+        if look(AT_ONCE)?.0 == 0.0 {
             continue;
         }
-        let share = look(LOOK.get())?;
+        let (share, common) = look(LOOK.get())?;
         if share > best.share {
-            best = Scatter { sigma: Some(sigma), share };
+            best = Scatter { sigma: Some(sigma), share, common };
         }
         if share > STABLE.get() {
             break;

@@ -7,6 +7,7 @@ use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::search::MIN_SUPPORT;
 use crate::segment::grow::walk::Walk;
+use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::partition::members;
 use crate::segment::prepare::scene::Scene;
 
@@ -28,16 +29,29 @@ pub fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) ->
     found
 }
 
-/// The regions of a scene with form errors that are no surfaces: growth from elsewhere in them ends
-/// elsewhere. They keep their points from flowing to their neighbours, and are not reported.
-pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
-    members(labels, regions)
-        .par_iter()
-        .map_init(
+/// The hypotheses, those sound as well whose residuals are correlated by more than is common but which are the same
+/// wherever they start: how much neighbours have in common differs from surface to surface.
+pub fn rescued(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    if families.common > 0.0 {
+        let open = found.par_iter_mut().filter(|h| !h.sound && !is_parabolic(&h.shape));
+        open.for_each_init(
             || Walk::new(scene.len()),
-            |walk, region| !is_stable(scene, walk, families, region),
-        )
-        .collect()
+            |walk, h| h.sound = is_stable(scene, walk, families, &h.support),
+        );
+    }
+    found
+}
+
+/// The regions of a scene that are no surfaces: growth from elsewhere in them ends elsewhere. They keep their points
+/// from flowing to their neighbours, and are not reported.
+pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
+    unstable(scene, families, &members(labels, regions))
+}
+
+/// Whether growth from elsewhere in each of some sets of points ends elsewhere.
+pub fn unstable(scene: &Scene, families: &Families, sets: &[Vec<u32>]) -> Vec<bool> {
+    let walk = || Walk::new(scene.len());
+    sets.par_iter().map_init(walk, |walk, set| !is_stable(scene, walk, families, set)).collect()
 }
 
 /// Whether most growths from elsewhere in a set of points end up with the same points.
