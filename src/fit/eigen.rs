@@ -209,8 +209,9 @@ mod tests {
             let v = v.unwrap();
             assert!((v.norm() - 1.0).abs() < 1e-12);
             let value = (m * v).dot(&v);
-            assert!((value - expected).abs() < 1e-12 * size, "{value} {expected} {m}");
-            assert!((m * v - v * value).norm() < 1e-12 * size, "{m}");
+            // Of many that are all but the same any will do.
+            assert!((value - expected).abs() < 1e-11 * size, "{value} {expected} {m}");
+            assert!((m * v - v * value).norm() < 1e-11 * size, "{m}");
         }
     }
 

@@ -22,6 +22,7 @@ static FILES: &[Table] = &[
     family::starts::CONSTANTS,
     grow::hypothesis::CONSTANTS,
     grow::search::CONSTANTS,
+    grow::seeded::CONSTANTS,
     grow::start::CONSTANTS,
     label::changes::CONSTANTS,
     label::energy::CONSTANTS,

@@ -3,28 +3,22 @@
 use std::ops::ControlFlow;
 
 use crate::fit::constant::constants;
-use crate::fit::starts::Patch;
-use crate::fit::{Family, Ruler, Shape, may_hold};
-use crate::geometry::Vec3;
+use crate::fit::{Family, Ruler, Shape};
 use crate::segment::family::{Families, Scored};
+use crate::segment::grow::seeded::{FIT_SAMPLE, FITS, Sample, Seeded, TRIED};
 use crate::segment::grow::start::{Start, nearest, start_set, starts};
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::judge::whiteness::{CHANCE, correlated, correlation};
-use crate::segment::objective::unassigned;
 use crate::segment::prepare::scene::Scene;
 
 constants! {
-    /// Points a fit during growth looks at.
-    FIT_SAMPLE: usize = 400, Effort("points of one fit");
     /// Points that a fit looks at where growth ends although residuals are correlated.
     THOROUGH_SAMPLE: usize = 1200, Effort("points of one fit");
     /// How often growth may end so.
     THOROUGH: usize = 3, Effort("thorough fits of one growth");
     /// Support reaches this many sigmas from the surface.
     REACH: f64 = 3.0, Trial(3.0, 3.0);
-    /// Reduced chi2 up to which a surface may be the points'.
-    FITS: f64 = 2.0, Trial(2.0, 2.0);
     /// Reduced chi2 up to which a surface is good enough to be kept.
     GOOD: f64 = 1.35, Trial(1.35, 1.35);
     /// Times that a support grows at most.
@@ -37,12 +31,6 @@ constants! {
     LOST: usize = 20, Trial(20.0, 20.0);
     /// Growth of a support below which it has stalled.
     STALLED: f64 = 1.05, Effort("rounds of one growth");
-    /// Start sets up to so many points are first looked at for any quadric: larger ones may have too many outliers.
-    FEW: usize = 40, Effort("start sets that are looked at twice");
-    /// Mean square from a quadric, over that of a surface that may be the points', beyond which none is near them.
-    CLEARLY: f64 = 5.0, Effort("start sets that every family is fitted to");
-    /// Points visited in the time that it takes to try every family on a sample.
-    TRIED: usize = 6000, Effort("work that is allowed");
     /// The same to fit one.
     FITTED: usize = 1000, Effort("work that is allowed");
     /// Steps of a fit that goes on.
@@ -61,31 +49,6 @@ pub struct Hypothesis {
     /// Whether it may be a surface: its residuals are not correlated beyond chance, or it is the same
     /// wherever growth starts. Others compete for points only.
     pub sound: bool,
-}
-
-/// Points of a set and the normals there.
-#[derive(Default)]
-struct Sample {
-    points: Vec<Vec3>,
-    normals: Vec<Vec3>,
-}
-
-impl Sample {
-    /// Takes at most about `limit` points of `support`, evenly.
-    fn take(&mut self, scene: &Scene, support: &[u32], limit: usize) {
-        self.points.clear();
-        self.normals.clear();
-        let m = support.len().min(limit);
-        for k in 0..m {
-            let i = support[k * support.len() / m] as usize;
-            self.points.push(scene.points[i]);
-            self.normals.push(scene.normals[i]);
-        }
-    }
-
-    fn patch(&self) -> Patch<'_> {
-        Patch { points: &self.points, normals: &self.normals }
-    }
 }
 
 /// Grows a hypothesis from `seed`; `None` where nothing fits from any start size, or where what fits
@@ -134,35 +97,6 @@ fn from_any_start(
         }
     }
     None
-}
-
-/// A start set and the surface that explains it.
-struct Seeded {
-    support: Vec<u32>,
-    sample: Sample,
-    best: Scored,
-    /// Families that do not explain it.
-    hopeless: Vec<Family>,
-}
-
-impl Seeded {
-    /// The surface of any family that explains a start set.
-    fn of(scene: &Scene, families: &Families, support: Vec<u32>) -> Option<Self> {
-        let mut sample = Sample::default();
-        sample.take(scene, &support, FIT_SAMPLE.get());
-        let mut hopeless = Vec::new();
-        let n = support.len();
-        scene.work.spend(TRIED.get() as u64 / 2);
-        if n <= FEW.get() {
-            let outliers = (FITS.get() * n as f64 / unassigned()) as usize;
-            let reach = CLEARLY.get() * FITS.get() * families.sigma * families.sigma;
-            if !may_hold(&sample.points, outliers, reach) {
-                hopeless.extend(Family::ALL.into_iter().filter(|f| *f != Family::Torus));
-            }
-        }
-        let best = families.best(&sample.patch(), &[], &mut hopeless, FITS.get())?;
-        (best.reduced <= FITS.get()).then_some(Self { support, sample, best, hopeless })
-    }
 }
 
 fn grow_from(
