@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::columns::Columns;
+use super::constant::constants;
 use super::normal::Normal;
 use super::shape::{MAX_DOF, Shape};
 use crate::geometry::Vec3;
@@ -10,12 +11,14 @@ use crate::geometry::Vec3;
 /// Combinations of freedoms that the points tell worse than this share of the best count as known that
 /// badly, so that variances are large there and yet finite.
 const LEAST_INFORMATION: f64 = 1e-13;
-/// Runs of consecutive points whose gradients are summed apart.
-const BLOCKS: usize = 256;
-/// Fewer blocks than this tell nothing about correlation.
-const LEAST_BLOCKS: usize = 16;
-/// Standard deviations by which correlated residuals must stand out.
-const SURE: f64 = 3.0;
+constants! {
+    /// Runs of consecutive points whose gradients are summed apart.
+    BLOCKS: usize = 256, Effort("sums kept apart");
+    /// Fewer blocks than this tell nothing about correlation.
+    LEAST_BLOCKS: usize = 16, Trial(16.0, 16.0);
+    /// Standard deviations by which correlated residuals must stand out.
+    SURE: f64 = 3.0, Derived("three standard deviations: chance exceeds them once in 370");
+}
 
 /// What points tell about a shape: J'J, and J'r of each of up to 256 runs of consecutive points, J the
 /// derivatives of the distances r by the degrees of freedom.
@@ -43,7 +46,7 @@ impl Spread {
             }
             sums.jr
         };
-        let run = points.len().div_ceil(BLOCKS).max(1);
+        let run = points.len().div_ceil(BLOCKS.get()).max(1);
         let gradients = points.chunks(run).map(&mut gradient).collect();
         information.fill_upper_triangle_with_lower_triangle();
         Self { information, gradients }
@@ -80,11 +83,11 @@ impl Spread {
             |pair: &[[f64; MAX_DOF]]| std::array::from_fn(|a| pair.iter().map(|g| g[a]).sum());
         let mut runs = self.gradients.clone();
         let mut most = 0.0_f64;
-        while runs.len() >= LEAST_BLOCKS {
+        while runs.len() >= LEAST_BLOCKS.get() {
             let m = runs.len() as f64;
             let sum: f64 = runs.iter().map(square).sum();
             let excess = sum * m / (m - 1.0) / (p as f64 * sigma * sigma) - 1.0;
-            if excess > SURE * (2.0 / (m * p as f64)).sqrt() {
+            if excess > SURE.get() * (2.0 / (m * p as f64)).sqrt() {
                 most = most.max(excess);
             }
             runs = runs.chunks(2).map(add).collect();

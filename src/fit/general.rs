@@ -1,11 +1,14 @@
 use nalgebra::SymmetricEigen;
 
+use super::constant::constants;
 use super::scatter::{Matrix10, Scatter, Vector10, features};
 use super::taubin::taubin_fit;
 use crate::geometry::{Frame, Quadric, Vec3};
 
-/// Most steps of the fit; it converges in a few.
-const STEPS: usize = 30;
+constants! {
+    /// Most steps of the fit; it converges in a few.
+    STEPS: usize = 30, Effort("steps of one fit");
+}
 
 /// The quadric of any type with the least orthogonal distances from `points`, from Taubin's: Gauss and
 /// Newton's steps on its ten coefficients, their common factor held. Cauchy weights 1 / (1 + (r/c)2)
@@ -22,7 +25,7 @@ pub fn general_fit(points: &[Vec3], cauchy: Option<f64>) -> Option<Quadric> {
     let mut best = unit(&taubin_fit(&Scatter::of(points.iter().copied(), &frame))?);
     let cut = cauchy.map(|c| c / frame.scale);
     let mut least = cost(&best, &local, cut);
-    for _ in 0..STEPS {
+    for _ in 0..STEPS.get() {
         let next = unit(&step(&best, &local, cut)?);
         let cost = cost(&next, &local, cut);
         if cost.is_nan() || cost >= least {

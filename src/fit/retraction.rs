@@ -8,11 +8,16 @@
 //! off them again (a retraction, in the terms of Absil, Mahony and Sepulchre, *Optimization Algorithms on Matrix
 //! Manifolds*, 4.1).
 
+use super::constant::constants;
 use super::shape::{Family, Shape};
 use crate::geometry::{Mat3, Vec3};
 
-/// The least factor by which one step may scale an equation.
-const LEAST_SCALE: f64 = 0.1;
+constants! {
+    /// The least factor by which one step may scale an equation.
+    LEAST_SCALE: f64 = 0.1, Trial(0.1, 0.1);
+    /// Distance of the points' mean from a cone's axis, over its radius, beyond which they lie to one side of it.
+    ONE_SIDE: f64 = 0.5, Trial(0.5, 0.5);
+}
 
 /// How the points of a fit, whose mean is zero, are spread.
 #[derive(Clone, Copy, Debug)]
@@ -57,12 +62,9 @@ pub fn retracted(shape: &Shape, delta: &[f64], moments: &Moments) -> Option<Shap
     }
 }
 
-/// Distance of the points' mean from a cone's axis, over its radius, beyond which they lie to one side of it.
-const ONE_SIDE: f64 = 0.5;
-
 /// Whether the points of a fit, whose mean is zero, lie to one side of the axis of a cone with its origin beside it.
 fn is_seen_from_one_side(cone: &Shape) -> bool {
-    cone.origin.norm() > ONE_SIDE * cone.size[0].abs() && cone.size[0] > 0.0
+    cone.origin.norm() > ONE_SIDE.get() * cone.size[0].abs() && cone.size[0] > 0.0
 }
 
 /// A cone whose points lie to one side of it.
@@ -110,7 +112,7 @@ fn round(shape: &Shape, t: Vec3, growth: f64, axes: Vec3, moments: &Moments) -> 
     let (mean, products) = moments.about(shape);
     // Gradients are 2 q, and change by -2 t.
     let scale = 1.0 + t.dot(&mean) / products.diagonal().dot(&axes);
-    if !scale.is_finite() || scale < LEAST_SCALE {
+    if !scale.is_finite() || scale < LEAST_SCALE.get() {
         return None;
     }
     let centre = t / scale;
@@ -139,7 +141,7 @@ fn elliptic<const D: usize>(
     let (at, gradient) = (s * mean, s * products);
     let change = 4.0 * (gradient * quadratic).trace() + 2.0 * linear.dot(&at);
     let scale = 1.0 - change / (4.0 * (gradient * s).trace());
-    if !scale.is_finite() || scale < LEAST_SCALE {
+    if !scale.is_finite() || scale < LEAST_SCALE.get() {
         return None;
     }
     let (values, axes) = principal::<D>(&(s * scale + quadratic));

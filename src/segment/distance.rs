@@ -33,7 +33,7 @@ fn find<'a>(
     let (points, centre, places) = distinct_points(cloud, monitor)?;
     let (discovery, labelled) = discover_on_samples(&points, parameters, monitor)?;
     monitor.progress(Stage::Refine, 0.85);
-    let reach = objective::ACCEPT * discovery.scatter(points.len());
+    let reach = objective::ACCEPT.get() * discovery.scatter(points.len());
     let rounding = rounding(&discovery.scene.points);
     let Discovery { scene, mut model, sigma, noise } = discovery;
     if parameters.refine {

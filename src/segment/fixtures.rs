@@ -58,6 +58,7 @@ pub fn partition(shapes: Vec<Shape>, labels: Vec<i32>) -> Partition {
 /// All families at the scenes' noise, with the default policy.
 pub fn families() -> Families {
     Families {
+        common: 0.0,
         allowed: Family::ALL.to_vec(),
         sigma: SIGMA,
         floor: SIGMA,

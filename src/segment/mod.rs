@@ -13,6 +13,7 @@
 //! - `discover`: the passes that lead from points to a partition;
 //! - `finish` and `report`: the last fits, and regions in the contract's terms with their uncertainty.
 
+mod constants;
 mod deviation;
 mod dimensions;
 mod discover;
@@ -29,7 +30,7 @@ mod label;
 mod median;
 mod monitor;
 mod moves;
-mod objective;
+pub mod objective;
 mod parameters;
 mod partition;
 mod pipeline;
@@ -41,6 +42,7 @@ mod result;
 mod sample;
 mod union;
 
+pub use constants::constants;
 pub use deviation::deviations;
 pub use dimensions::{Dimensions, Side};
 pub use monitor::{Cancelled, Monitor, Silent, Stage};
@@ -50,6 +52,6 @@ pub use parameters::{
 pub use pipeline::{LARGEST_COORDINATE, SMALLEST_EXTENT, SegmentError, segment};
 pub use rcond::grow::PoolError;
 pub use result::{
-    Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Segmentation, Unassigned,
-    Uncertainty,
+    Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Sampling, SamplingKind,
+    Segmentation, Unassigned, Uncertainty, Warning,
 };

@@ -8,7 +8,7 @@ use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::label::changes::Changes;
 use crate::segment::moves::memo::Memo;
-use crate::segment::objective::UNASSIGNED;
+use crate::segment::objective::unassigned;
 use crate::segment::prepare::scene::Scene;
 
 /// Points whose costs are summed at once.
@@ -23,8 +23,6 @@ pub struct Partition {
     pub labels: Vec<i32>,
     /// Which of the surfaces only compete for points; empty where none.
     pub spurious: Vec<bool>,
-    /// Whether surfaces have a form error above the noise.
-    pub form_error: bool,
     /// Points of the surfaces with the fewest, where most have too few for the sample to be worth settling.
     pub thin: Option<usize>,
     /// Scatter that labels were given with where there is a form error; else nought.
@@ -59,8 +57,8 @@ impl Partition {
         let inverse = 1.0 / (sigma * sigma);
         let rulers: Vec<Ruler> = self.shapes.iter().map(Ruler::of).collect();
         let cost = |(p, &l): (&Vec3, &i32)| match usize::try_from(l) {
-            Ok(l) => (rulers[l].distance(p).powi(2) * inverse).min(UNASSIGNED),
-            Err(_) => UNASSIGNED,
+            Ok(l) => (rulers[l].distance(p).powi(2) * inverse).min(unassigned()),
+            Err(_) => unassigned(),
         };
         // in chunks of one size, so that the sum does not depend on the number of threads
         let chunks = scene.points.par_chunks(CHUNK).zip(self.labels.par_chunks(CHUNK));
@@ -68,12 +66,6 @@ impl Partition {
         let counts = members(&self.labels, self.shapes.len()).into_iter().map(|m| m.len().max(1));
         let lengths = self.shapes.iter().zip(counts).map(|(s, n)| s.family.description_length(n));
         sums.iter().sum::<f64>() + lengths.sum::<f64>()
-    }
-
-    /// Share of the points that surfaces explain.
-    pub fn explained(&self) -> f64 {
-        let n = self.labels.iter().filter(|&&l| self.is_surface(l)).count();
-        n as f64 / self.labels.len().max(1) as f64
     }
 }
 
@@ -198,14 +190,5 @@ mod tests {
         let (mut shapes, other) = (planes(2), planes(3)[2]);
         assert_eq!(put_in(&mut shapes, vec![None, Some(other)]), 1);
         assert_eq!(shapes, [planes(1)[0], other]);
-    }
-
-    #[test]
-    fn a_share_of_the_points_is_explained_by_surfaces_that_are_reported() {
-        let mut model = partition(planes(2), vec![0, 1, -1, 1]);
-        assert_eq!(model.explained(), 0.75);
-        model.spurious = vec![false, true];
-        assert_eq!(model.explained(), 0.25);
-        assert!(model.is_surface(0) && !model.is_surface(1) && !model.is_surface(-1));
     }
 }

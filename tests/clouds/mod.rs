@@ -8,6 +8,7 @@ pub mod cad;
 mod cloud;
 pub mod dump;
 mod patch;
+pub mod quick;
 mod random;
 pub mod score;
 pub mod smooth;

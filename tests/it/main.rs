@@ -16,6 +16,7 @@ mod browser;
 mod cancel;
 mod circles;
 mod coefficients;
+mod constants;
 mod contract;
 mod deploy;
 mod dimensions;

@@ -1,16 +1,18 @@
 //! Discovery on a scene: hypotheses, selection, relabelling, merging, types, rejection.
 
 pub mod further;
-pub mod loose;
 pub mod noise;
 
+use crate::fit::Shape;
+use crate::fit::constant::constants;
 use crate::segment::discover::noise::tighten;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::Search;
 use crate::segment::grow::select::select;
-use crate::segment::judge::form;
+use crate::segment::judge::form::{self, Looked};
 use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::judge::stability;
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::moves::adopt::adopt;
 use crate::segment::moves::converge;
@@ -18,11 +20,22 @@ use crate::segment::partition::{Partition, members, retain};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor, Parameters, Stage};
 
-/// Rounds over what is still without a surface.
-const PASSES: usize = 3;
-
-/// The same of what other surfaces leave: it gets the rest of its points back from them as labels settle.
-const LEFT: usize = 24;
+constants! {
+    /// Points that must confirm that residuals go together: a coarse sample of many narrow faces looks like that too.
+    CONFIRMED: usize = 50_000, Effort("points of the second sample");
+    /// Rounds over what is still without a surface.
+    PASSES: usize = 3, Effort("passes");
+    /// Points that a surface of what other surfaces leave must explain: it gets the rest of its points back from them as
+    /// labels settle.
+    LEFT: usize = 24, Trial(24.0, 24.0);
+    /// Share of the hypotheses that may have too few points: those that bridge others leave slivers to these.
+    SLIVERS: f64 = 0.25, Trial(0.25, 0.25);
+    /// Share of the surfaces with the fewest points of which the next one tells how thin a sample is; more than that may
+    /// not have too few once labels have settled.
+    FEWEST: f64 = 0.1, Trial(0.1, 0.1);
+    /// How many times more points than a surface must have a further pass needs: surfaces leave some of their own.
+    OWN_LEFT: f64 = 1.5, Trial(1.5, 1.5);
+}
 
 /// Finds the surfaces of a scene.
 ///
@@ -40,29 +53,40 @@ pub fn discover(
     monitor: &dyn Monitor,
 ) -> Result<Partition, Cancelled> {
     let mut model = Partition { labels: vec![-1; scene.len()], ..Partition::default() };
-    let mut doubtful = false;
+    // Whether there is nothing but surfaces.
+    let mut all = true;
     let mut left = Left::of(scene.len());
-    for pass in 0..PASSES {
+    for pass in 0..PASSES.get() {
         // What surfaces leave of their own is more than what a whole cloud must have.
         let least = families.policy.least;
-        if left.look(&model.labels) < if pass == 0 { least } else { least * 3 / 2 } {
+        if left.look(&model.labels)
+            < if pass == 0 { least } else { (OWN_LEFT.get() * least as f64) as usize }
+        {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
         let (chosen, labels) = if pass == 0 {
-            let found = form::hypotheses(scene, families, seed, &mut model.trials, monitor)?;
-            let Some((found, suspected)) = found else {
-                model.form_error = true;
+            let dense = enough == 0 || scene.len() >= CONFIRMED.get();
+            let looked =
+                form::hypotheses(scene, families, seed, dense, &mut model.trials, monitor)?;
+            let Looked::Found(found, whole) = looked else {
+                model.thin = Some(enough / 2);
                 break;
             };
-            doubtful = suspected;
+            all = whole;
+            if families.common > 0.0 {
+                model.allowed = families.sigma;
+            }
             let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
-            model.thin = thin(&labels, chosen.len(), enough, SLIVERS);
+            model.thin = thin(&labels, chosen.len(), enough, SLIVERS.get());
             (chosen, labels)
         } else {
-            let few = families.with_least(LEFT);
+            let few = families.with_least(LEFT.get());
             let rest = left.scene(scene, families.sigma, monitor)?;
             let found = left.hypotheses(&rest, &few, seed, &mut model.trials, monitor)?;
+            if rest.work.is_left() {
+                scene.work.leave();
+            }
             choose(&rest, found, &few, model.shapes.len(), monitor)?
         };
         if chosen.is_empty() || model.thin.is_some() {
@@ -72,15 +96,11 @@ pub fn discover(
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
-        if std::mem::take(&mut doubtful) && form::is_seen(scene, &model, families.sigma) {
-            model.form_error = true;
-            break;
-        }
-        model.thin = thin(&model.labels, model.shapes.len(), enough, FEWEST);
+        model.thin = thin(&model.labels, model.shapes.len(), enough, FEWEST.get());
         if model.thin.is_some() {
             break;
         }
-        drop_unsound(scene, &mut model, families.sigma, pass + 1 == PASSES);
+        drop_unsound(scene, &mut model, families, pass + 1 == PASSES.get());
         if families.policy.merge {
             adopt(scene, &mut model, families.sigma);
         }
@@ -88,6 +108,9 @@ pub fn discover(
         if parameters.noise_sigma.is_none() {
             tighten(scene, &model, families);
         }
+    }
+    if !all {
+        model.spurious = stability::spurious(scene, families, &model.labels, model.shapes.len());
     }
     Ok(model)
 }
@@ -136,22 +159,17 @@ impl Left {
         let vain: Vec<bool> = self.open.iter().map(looked).collect();
         let search = Search { vain: &vain, ..Search::new(rest, families, seed) };
         let found = search.run(trials, |_| false, monitor)?;
+        let found = stability::rescued(rest, families, found);
         Ok(found.into_iter().filter(|h| h.sound).collect())
     }
 }
-
-/// Share of the hypotheses that may have too few points: those that bridge others leave slivers to these.
-const SLIVERS: f64 = 0.25;
-/// Share of the surfaces with the fewest points of which the next one tells how thin a sample is; more than that may
-/// not have too few once labels have settled.
-const FEWEST: f64 = 0.1;
 
 /// Points of the surfaces with the fewest, where more than a `share` of them have fewer than `enough`.
 fn thin(labels: &[i32], surfaces: usize, enough: usize, share: f64) -> Option<usize> {
     let mut sizes: Vec<usize> = members(labels, surfaces).iter().map(Vec::len).collect();
     sizes.sort_unstable();
     let few = sizes.partition_point(|s| *s < enough);
-    let typical = sizes.get((FEWEST * surfaces as f64) as usize).copied();
+    let typical = sizes.get((FEWEST.get() * surfaces as f64) as usize).copied();
     typical.filter(|_| few as f64 > share * surfaces as f64)
 }
 
@@ -168,19 +186,26 @@ pub fn choose(
 
 /// Takes out regions that are parabolas, and, unless this is the `last` pass, those whose residuals are correlated:
 /// they bridge several surfaces, which the next pass finds one by one.
-fn drop_unsound(scene: &Scene, model: &mut Partition, sigma: f64, last: bool) {
-    let groups = members(&model.labels, model.shapes.len());
+fn drop_unsound(scene: &Scene, model: &mut Partition, families: &Families, last: bool) {
+    let mut groups = members(&model.labels, model.shapes.len());
+    let together = |(l, (s, g)): (usize, (&Shape, &Vec<u32>))| {
+        let inside = |j: u32| model.labels[j as usize] == l as i32;
+        let own = correlation(scene, s, g, families.sigma, inside);
+        !last && correlated(own, families.common, g.len())
+    };
+    let mut bridge: Vec<bool> =
+        model.shapes.iter().zip(&groups).enumerate().map(together).collect();
+    if families.common > 0.0 {
+        // How much neighbours have in common differs from surface to surface.
+        groups.iter_mut().zip(&bridge).filter(|g| !g.1).for_each(|(g, _)| g.clear());
+        let unstable = stability::unstable(scene, families, &groups);
+        bridge.iter_mut().zip(unstable).for_each(|(b, unstable)| *b &= unstable);
+    }
     let keep: Vec<bool> = model
         .shapes
         .iter()
-        .zip(&groups)
-        .enumerate()
-        .map(|(l, (s, g))| {
-            let inside = |j: u32| model.labels[j as usize] == l as i32;
-            !scene.cancelled()
-                && !is_parabolic(s)
-                && (last || !correlated(correlation(scene, s, g, sigma, inside), g.len()))
-        })
+        .zip(bridge)
+        .map(|(s, bridge)| !bridge && !is_parabolic(s) && !scene.cancelled())
         .collect();
     for l in &mut model.labels {
         if *l >= 0 && !keep[*l as usize] {

@@ -3,31 +3,30 @@
 pub mod others;
 pub mod simplest;
 
-use crate::segment::finish::simplest::FEW;
+use crate::fit::constant::constants;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::fit::Shape;
 use crate::fit::least_squares::{Columns, Normal, squares};
-use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
 use crate::segment::finish::simplest::simplest;
 use crate::segment::label::shares::Labelled;
-use crate::segment::median::deviation;
 use crate::segment::partition::Partition;
 
-/// Points of a region that its last iterated fit looks at; one step on all points follows.
-const SAMPLE: usize = 8_000;
+constants! {
+    /// Points of a region that its last iterated fit looks at; one step on all points follows.
+    SAMPLE: usize = 8_000, Effort("points of one fit");
+    /// Rise of the sample's chi2 for each degree of freedom that a step on all points may bring.
+    WORSE: f64 = 10.0, Trial(10.0, 10.0);
+    /// Sigmas by which a step on all points may move the surface at the sample's points.
+    FAR: f64 = 3.0, Trial(3.0, 3.0);
+}
 
 /// Points summed at once; fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 4096;
-
-/// Rise of the sample's chi2 for each degree of freedom that a step on all points may bring.
-const WORSE: f64 = 10.0;
-
-/// Cauchy's constant for residuals with a form error, in sigmas.
-const CAUCHY: f64 = 2.0;
 
 /// Fits every surface to all its points.
 ///
@@ -36,8 +35,6 @@ const CAUCHY: f64 = 2.0;
 /// most of what is known about it. The fit iterates on a sample, then takes one Gauss-Newton step
 /// on all points, which is as good as iterating on all: the sample's fit is within a few sigmas over the
 /// root of its size of the end, and the step squares that.
-///
-/// Where surfaces have a form error, outliers of it are weighed down instead, and there is no such step.
 pub fn finish(
     points: &[Vec3],
     labelled: &Labelled,
@@ -50,10 +47,9 @@ pub fn finish(
     shapes.par_iter_mut().zip(&mut samples).for_each(|(s, (points, total))| {
         points.fill_up();
         points.centre();
-        let cauchy = model.form_error.then(|| CAUCHY * scatter(s, points).min(sigma));
-        *s = simplest(s, points, *total, sigma, cauchy, monitor);
+        *s = simplest(s, points, *total, sigma, monitor);
     });
-    if model.form_error || monitor.cancelled() {
+    if monitor.cancelled() {
         return;
     }
     let sums = normal_equations(points, labelled, shapes, monitor);
@@ -61,21 +57,15 @@ pub fn finish(
         // What hardly shows in the points (the far axis of a short arc) can step far: a step that
         // fits the sample worse than chance has it is none. From the sample's best to that of all points its chi2
         // rises by about one for each degree of freedom.
-        let chance = WORSE * s.family.dof() as f64 / sample.total().max(1.0);
+        let chance = WORSE.get() * s.family.dof() as f64 / sample.total().max(1.0);
         let worse = |next: &Shape| squares(next, sample) > (1.0 + chance) * squares(s, sample);
         if monitor.cancelled() {
             return;
         }
-        if let Some(next) = n.step(s, 3.0 * sigma, sample).filter(|next| !worse(next)) {
+        if let Some(next) = n.step(s, FAR.get() * sigma, sample).filter(|next| !worse(next)) {
             *s = next;
         }
     }
-}
-
-/// Robust standard deviation of some of the points about a surface.
-fn scatter(shape: &Shape, points: &Columns) -> f64 {
-    let ruler = Ruler::of(shape);
-    deviation(points.thinned(FEW).iter().map(|p| ruler.distance(p))).unwrap_or(f64::INFINITY)
 }
 
 /// Each region's points and weights, thinned to the sample size, and its total weight.
@@ -87,7 +77,7 @@ fn samples(points: &[Vec3], labelled: &Labelled, regions: usize) -> Vec<(Columns
             count[run[0] as usize] += run.len();
         }
     }
-    let stride: Vec<usize> = count.iter().map(|c| c.div_ceil(SAMPLE).max(1)).collect();
+    let stride: Vec<usize> = count.iter().map(|c| c.div_ceil(SAMPLE.get()).max(1)).collect();
     let mut seen = vec![0usize; regions];
     let mut out = vec![(Columns::default(), 0.0); regions];
     for ((columns, _), (n, stride)) in out.iter_mut().zip(count.iter().zip(&stride)) {

@@ -1,18 +1,20 @@
 //! The other quadrics (paraboloids, hyperboloids, ...), looked for where the user asks for them.
 
+use crate::fit::constant::constants;
 use crate::geometry::{Frame, Quadric, SurfaceType, Tolerance, Vec3, recover};
 use crate::segment::judge::one_quadric::one_quadric;
+use crate::segment::objective::ACCEPT;
 use crate::segment::report::pieces::pieces;
 use crate::segment::{Monitor, Parameters};
 
-/// Points that a fit looks at.
-const SAMPLE: usize = 20_000;
-
-/// Points further apart than this many spacings do not hang together.
-const REACH: f64 = 2.5;
-
-/// Share of a piece that its quadric must explain.
-const EXPLAINED: f64 = 0.8;
+constants! {
+    /// Points that a fit looks at.
+    SAMPLE: usize = 20_000, Effort("points of one fit");
+    /// Points further apart than this many spacings do not hang together.
+    REACH: f64 = 2.5, Trial(2.5, 2.5);
+    /// Share of a piece that its quadric must explain.
+    EXPLAINED: f64 = 0.8, Trial(0.8, 0.8);
+}
 
 /// A quadric of some other type and its points.
 pub struct Other {
@@ -49,17 +51,18 @@ pub fn others(
     monitor: &dyn Monitor,
 ) -> Vec<Other> {
     let own: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
-    let found =
-        pieces(&own, REACH * spacing).into_iter().take_while(|p| p.len() >= parameters.min_points);
+    let found = pieces(&own, REACH.get() * spacing)
+        .into_iter()
+        .take_while(|p| p.len() >= parameters.min_points);
     found
         .take_while(|_| !monitor.cancelled())
         .filter_map(|piece| {
             let part: Vec<Vec3> = piece.iter().map(|&k| own[k as usize]).collect();
             let (surface_type, quadric) = explain(&part, noise, parameters)?;
-            let tolerance = parameters.tolerance.unwrap_or(4.0 * noise);
+            let tolerance = parameters.tolerance.unwrap_or(ACCEPT.get() * noise);
             let near = |k: &&u32| quadric.distance(&own[**k as usize]) <= tolerance;
             let members: Vec<u32> = piece.iter().filter(near).map(|&k| free[k as usize]).collect();
-            let enough = members.len() as f64 >= EXPLAINED * piece.len() as f64
+            let enough = members.len() as f64 >= EXPLAINED.get() * piece.len() as f64
                 && members.len() >= parameters.min_points;
             enough.then_some(Other { surface_type, quadric, members })
         })
@@ -70,8 +73,9 @@ pub fn others(
 /// The quadric through a piece, where it scatters about it by no more than noise (or the tolerance) lets
 /// it and its type is asked for.
 fn explain(points: &[Vec3], noise: f64, parameters: &Parameters) -> Option<(SurfaceType, Quadric)> {
-    let sample: Vec<Vec3> = points.iter().step_by(points.len().div_ceil(SAMPLE)).copied().collect();
-    let sigma = parameters.tolerance.map_or(noise, |t| noise.max(t / 4.0));
+    let sample: Vec<Vec3> =
+        points.iter().step_by(points.len().div_ceil(SAMPLE.get())).copied().collect();
+    let sigma = parameters.tolerance.map_or(noise, |t| noise.max(t / ACCEPT.get()));
     let quadric = one_quadric(&sample, sigma)?;
     let frame = Frame::of(sample.iter().copied());
     let surface_type = recover(&quadric, &frame, Tolerance::default())?.surface_type;

@@ -1,28 +1,30 @@
 //! The simplest family that explains a region.
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Columns, Fitted, Options, fit, fit_columns};
 use crate::fit::{Family, Shape, Spread};
 use crate::geometry::{Mat3, Vec3};
 use crate::segment::Monitor;
 
-/// Points that tell a simpler family to be hopeless, and the mean square, over the richer one's, beyond which
-/// it is.
-pub const FEW: usize = 500;
-
-/// Points of a region that the correlation of its residuals is judged by.
-const INFLATION_SAMPLE: usize = 6_000;
-
-const HOPELESS: f64 = 3.0;
-
-/// Residuals that shake the parameters this many times more than noise would show a form error.
-const DOUBLE: f64 = 2.0;
-
-/// Mean square that a simpler family may have where there is a form error, over the richer one's.
-const FORM: f64 = 1.5;
-
-/// What a curved surface must save in description length beside a plane: points of the neighbours among those of
-/// a narrow strip bend it.
-const LEAKED: f64 = 12.0;
+constants! {
+    /// Points that tell a simpler family to be hopeless.
+    pub FEW: usize = 500, Effort("points of one look");
+    /// Points of a region that the correlation of its residuals is judged by.
+    INFLATION_SAMPLE: usize = 6_000, Effort("points of one look");
+    /// Mean square of a simpler family, over the richer one's, beyond which it is hopeless.
+    HOPELESS: f64 = 3.0, Effort("families that are not tried");
+    /// Residuals that shake the parameters this many times more than noise would show a form error.
+    DOUBLE: f64 = 2.0, Trial(2.0, 2.0);
+    /// Mean square that a simpler family may have where there is a form error, over the richer one's.
+    FORM: f64 = 1.5, Trial(1.5, 1.5);
+    /// What a curved surface must save in description length beside a plane: points of the neighbours among those of
+    /// a narrow strip bend it.
+    LEAKED: f64 = 12.0, Trial(12.0, 12.0);
+    /// Steps of the last fit of a surface.
+    STEPS: usize = 6, Effort("steps of one fit");
+    /// Steps of a fit of another family.
+    COLD_STEPS: usize = 15, Effort("steps of one fit");
+}
 
 /// The shape fitted to weighted points, or a simpler family nested in its own where that one's
 /// description length is less. `total` is the weight of all points of which these are a sample.
@@ -34,41 +36,40 @@ pub fn simplest(
     points: &Columns,
     total: f64,
     sigma: f64,
-    cauchy: Option<f64>,
     monitor: &dyn Monitor,
 ) -> Shape {
-    let o = Options { cauchy, steps: 6, tolerance: 1e-7 };
+    let o = Options { cauchy: None, steps: STEPS.get(), tolerance: 1e-7 };
     let fitted = |s: &Shape, steps| {
         (!monitor.cancelled()).then(|| fit_columns(s, points, &Options { steps, ..o }))?
     };
     let Some(f) = fitted(shape, o.steps) else { return *shape };
-    let few = points.thinned(FEW);
+    let few = points.thinned(FEW.get());
     let floor = f.mean_sq.max(sigma * sigma);
     let hopeless = |s: &Shape| {
-        let options = Options { cauchy, steps: 15, tolerance: 1e-3 };
-        fit(s, &few, None, &options).is_none_or(|f| f.mean_sq > HOPELESS * floor)
+        let options = Options { cauchy: None, steps: COLD_STEPS.get(), tolerance: 1e-3 };
+        fit(s, &few, None, &options).is_none_or(|f| f.mean_sq > HOPELESS.get() * floor)
     };
-    let mut simpler = nested(&f.shape, &points.origin(), cauchy.is_some());
+    let mut simpler = nested(&f.shape, &points.origin());
     simpler.retain(|s| !hopeless(s));
     if simpler.is_empty() {
         return f.shape;
     }
-    let sample = points.thinned(INFLATION_SAMPLE);
+    let sample = points.thinned(INFLATION_SAMPLE.get());
     let share = (total / sample.len().max(1) as f64).max(1.0);
     let inflation = Spread::of(&f.shape, &sample).inflation(sigma, share);
     let length = |f: &Fitted| {
         let chi2 = f.mean_sq * total / (sigma * sigma);
         let length = chi2 / inflation + f.shape.family.description_length(total as usize);
-        if f.shape.family == Family::Plane { length - LEAKED } else { length }
+        if f.shape.family == Family::Plane { length - LEAKED.get() } else { length }
     };
     // How much of a form error is the family's is not for it to say.
     let within_form = |f: &Fitted, best: &Fitted| {
-        (cauchy.is_some() || inflation > DOUBLE)
-            && f.mean_sq < FORM * best.mean_sq.max(sigma * sigma)
+        inflation > DOUBLE.get() && f.mean_sq < FORM.get() * best.mean_sq.max(sigma * sigma)
     };
     let mut best = f;
-    for s in simpler {
-        if let Some(f) = fitted(&s, 15)
+    let bent = |s: &Shape| is_straightened(shape, s) && inflation <= DOUBLE.get();
+    for s in simpler.into_iter().filter(|s| !bent(s)) {
+        if let Some(f) = fitted(&s, COLD_STEPS.get())
             && (length(&f) < length(&best) || within_form(&f, &best))
         {
             best = f;
@@ -78,7 +79,7 @@ pub fn simplest(
 }
 
 /// Simpler shapes near this one where its points lie, for a start.
-fn nested(s: &Shape, centroid: &Vec3, form: bool) -> Vec<Shape> {
+fn nested(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
     let [a, b, c] = s.size;
     let o = s.offset(centroid);
     let plane = || {
@@ -91,13 +92,23 @@ fn nested(s: &Shape, centroid: &Vec3, form: bool) -> Vec<Shape> {
         Family::Cone => vec![round(Family::Cylinder, a.abs()), plane()],
         Family::EllipticCylinder => vec![round(Family::Cylinder, (a * b).sqrt()), plane()],
         Family::Ellipsoid => {
-            let mut simpler = if form { stretched(s, centroid) } else { Vec::new() };
+            let mut simpler = stretched(s, centroid);
             simpler.push(round(Family::Sphere, (a * b * c).cbrt()));
             simpler
         }
-        // A tube whose axis hardly bends, a sheet: with a form error, a cylinder and a plane.
-        Family::Torus if form => vec![straightened(s, centroid), plane()],
-        Family::Plane | Family::Torus => Vec::new(),
+        // A tube whose axis hardly bends, a sheet.
+        Family::Torus => vec![straightened(s, centroid), plane()],
+        Family::Plane => Vec::new(),
+    }
+}
+
+/// Whether a shape is what a form error alone bends to the other: a cylinder to an ellipsoid or a torus, a plane to a
+/// torus.
+fn is_straightened(bent: &Shape, straight: &Shape) -> bool {
+    match bent.family {
+        Family::Torus => true,
+        Family::Ellipsoid => straight.family != Family::Sphere,
+        _ => false,
     }
 }
 
@@ -143,19 +154,13 @@ mod tests {
             size: [1000.0, 10.0, 10.0],
         };
         let centroid = ellipsoid.origin + Vec3::new(600.0, 8.0, 0.0);
-        for form in [false, true] {
-            let simpler = nested(&ellipsoid, &centroid, form);
-            let families: Vec<Family> = simpler.iter().map(|s| s.family).collect();
-            if !form {
-                assert_eq!(families, [Family::Sphere]);
-                continue;
-            }
-            assert_eq!(families, [Family::EllipticCylinder, Family::Cylinder, Family::Sphere]);
-            for s in &simpler[..2] {
-                assert!((s.size[0] - 8.0).abs() < 1e-12, "{s:?}");
-                assert!(s.distance(&centroid).abs() < 1e-9, "{s:?}");
-                assert!(s.w().cross(&Vec3::x()).norm() < 1e-12, "{s:?}");
-            }
+        let simpler = nested(&ellipsoid, &centroid);
+        let families: Vec<Family> = simpler.iter().map(|s| s.family).collect();
+        assert_eq!(families, [Family::EllipticCylinder, Family::Cylinder, Family::Sphere]);
+        for s in &simpler[..2] {
+            assert!((s.size[0] - 8.0).abs() < 1e-12, "{s:?}");
+            assert!(s.distance(&centroid).abs() < 1e-9, "{s:?}");
+            assert!(s.w().cross(&Vec3::x()).norm() < 1e-12, "{s:?}");
         }
     }
 
@@ -177,11 +182,11 @@ mod tests {
             let origin = Vec3::new(0.0, 0.0, -radius);
             let size = [radius, 0.0, 0.0];
             let shape = Shape::with_axis(Family::Cylinder, origin, Vec3::y(), size);
-            simplest(&shape, &Columns::of(&points, None), n as f64, SIGMA, None, &Silent).family
+            simplest(&shape, &Columns::of(&points, None), n as f64, SIGMA, &Silent).family
         };
         let length = |f: Family| f.description_length(n);
         let dearer = length(Family::Cylinder) - length(Family::Plane);
-        assert_eq!(strip(dearer + 0.5 * LEAKED), Family::Plane);
-        assert_eq!(strip(dearer + 2.0 * LEAKED), Family::Cylinder);
+        assert_eq!(strip(dearer + 0.5 * LEAKED.get()), Family::Plane);
+        assert_eq!(strip(dearer + 2.0 * LEAKED.get()), Family::Cylinder);
     }
 }

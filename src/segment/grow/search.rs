@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use rayon::prelude::*;
 
 use crate::fit::Ruler;
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::walk::Walk;
@@ -13,20 +14,35 @@ use crate::segment::prepare::scene::Scene;
 use crate::segment::random::SplitMix64;
 use crate::segment::{Cancelled, Monitor};
 
-/// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
-const BATCH: usize = 4;
+constants! {
+    /// Seeds grown at once; fixed, so that the result does not depend on the number of threads.
+    BATCH: usize = 4, Effort("seeds grown side by side");
+    /// Failed seeds that one draw of the policy stands for.
+    DRAW: usize = 8, Effort("seeds that may fail");
+    /// Batches of seeds over which the search looks at what it still gains.
+    LOOK_BACK: usize = 64, Effort("seeds that may fail");
+    /// New points a seed of those batches below which it ends: what is left is noise, freeform or clutter.
+    LEAST_YIELD: usize = 2, Effort("points below which seeds are not worth growing");
+    /// Points a hypothesis needs to be kept, unless surfaces may have fewer.
+    pub MIN_SUPPORT: usize = 30, Trial(30.0, 30.0);
+    /// Points among which a seed is chosen.
+    CHOICE: usize = 8, Effort("seeds compared");
+    /// Points of the pool for each seed more at once: where there are few, seeds grown side by side find the same.
+    CROWD: usize = 12_000, Effort("seeds grown side by side");
+    /// Sigmas within which a point on a hypothesis is no seed again.
+    COVERED: f64 = 2.5, Trial(2.5, 2.5);
+    /// Points that a search may visit for each of a scene's: several times the 20 to 100 that searches for surfaces
+    /// need.
+    VISITS: usize = 400, Effort("work that is allowed");
+    /// The same beside that: as many as a hundred seeds visit.
+    VISITS_BESIDE: usize = 1_000_000, Effort("work that is allowed");
+}
 
-/// Failed seeds that one draw of the policy stands for.
-const DRAW: usize = 8;
-
-/// Batches of seeds over which the search looks at what it still gains.
-const LOOK_BACK: usize = 64;
-
-/// New points a seed of those batches below which it ends: what is left is noise, freeform or clutter.
-const LEAST_YIELD: usize = 2;
-
-/// Points a hypothesis needs to be kept, unless surfaces may have fewer.
-pub const MIN_SUPPORT: usize = 30;
+/// The work that a search on so many points may be, in points visited: only where hardly anything grows, or everything
+/// a little, it comes to more.
+pub fn allowance(points: usize) -> u64 {
+    (VISITS_BESIDE.get() + VISITS.get() * points) as u64
+}
 
 /// A search for hypotheses all over a scene.
 pub struct Search<'a> {
@@ -36,6 +52,8 @@ pub struct Search<'a> {
     pub families: &'a Families,
     /// Seeds tried at most.
     pub most: usize,
+    /// Points that growth may visit, and what takes as long.
+    pub visits: u64,
     /// Of the random generator.
     pub seed: u64,
     /// Points that were seeds in vain before, and are none again; empty where there was no search before.
@@ -45,11 +63,12 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// A search from all points.
     pub fn new(scene: &'a Scene<'a>, families: &'a Families, seed: u64) -> Self {
-        Self { scene, families, most: usize::MAX, seed, vain: &[] }
+        let visits = allowance(scene.len());
+        Self { scene, families, most: usize::MAX, visits, seed, vain: &[] }
     }
 
     /// Grows hypotheses until every point is covered or has been tried, `most` seeds were tried or what was found
-    /// so far is `enough`. In the order of their seeds.
+    /// so far is `enough`, or the work comes to more than is allowed for so many points. In the order of their seeds.
     ///
     /// # Errors
     /// `monitor` cancelled the work.
@@ -61,15 +80,20 @@ impl<'a> Search<'a> {
     ) -> Result<Vec<Hypothesis>, Cancelled> {
         let Self { scene, families, most, .. } = *self;
         let before = trials.0;
-        let least = MIN_SUPPORT.min(families.policy.least);
+        let allowed = scene.work.done() + self.visits;
+        let least = MIN_SUPPORT.get().min(families.policy.least);
         let mut seeds = Seeds::new(scene, self.seed, self.vain);
-        let mut walks: Vec<Walk> = (0..BATCH).map(|_| Walk::new(scene.len())).collect();
+        let mut walks: Vec<Walk> = (0..BATCH.get()).map(|_| Walk::new(scene.len())).collect();
         let mut out: Vec<Hypothesis> = Vec::new();
         let (mut failures, mut yields) = (0, Yields::default());
-        while failures < families.policy.failures * DRAW && trials.0 - before < most {
+        while failures < families.policy.failures * DRAW.get() && trials.0 - before < most {
             monitor.check()?;
             let batch = seeds.draw();
             if batch.is_empty() {
+                break;
+            }
+            if scene.work.done() > allowed {
+                scene.work.leave();
                 break;
             }
             let grown: Vec<Option<Hypothesis>> = batch
@@ -105,12 +129,12 @@ impl Yields {
     /// Whether so many seeds, which covered so many new points, and those before gain too little to go on.
     fn is_least(&mut self, seeds: usize, newly: usize) -> bool {
         self.0.push_back((seeds, newly));
-        if self.0.len() <= LOOK_BACK {
+        if self.0.len() <= LOOK_BACK.get() {
             return false;
         }
         self.0.pop_front();
         let (tried, gained) = self.0.iter().fold((0, 0), |s, y| (s.0 + y.0, s.1 + y.1));
-        gained < tried * LEAST_YIELD
+        gained < tried * LEAST_YIELD.get()
     }
 }
 
@@ -124,11 +148,6 @@ struct Seeds<'a> {
     random: SplitMix64,
 }
 
-/// Points among which a seed is chosen.
-const CHOICE: usize = 8;
-/// Points of the pool for each seed more at once: where there are few, seeds grown side by side find the same.
-const CROWD: usize = 12_000;
-
 impl<'a> Seeds<'a> {
     fn new(scene: &'a Scene<'a>, seed: u64, vain: &[bool]) -> Self {
         let n = scene.len();
@@ -141,8 +160,8 @@ impl<'a> Seeds<'a> {
     /// The next seeds, the smoothest of a few each: interiors before edges, yet a tight arc has its turn.
     fn draw(&mut self) -> Vec<usize> {
         let mut seeds = Vec::new();
-        for _ in 0..BATCH.min(2 + self.pool.len() / CROWD) {
-            let few: Vec<usize> = (0..CHOICE).map_while(|_| self.pick()).collect();
+        for _ in 0..BATCH.get().min(2 + self.pool.len() / CROWD.get()) {
+            let few: Vec<usize> = (0..CHOICE.get()).map_while(|_| self.pick()).collect();
             let rough = |i: &usize| self.scene.roughness[*i];
             let smoothest = few.into_iter().min_by(|a, b| rough(a).total_cmp(&rough(b)));
             let Some(s) = smoothest else { break };
@@ -180,7 +199,7 @@ impl<'a> Seeds<'a> {
         let ruler = Ruler::of(&h.shape);
         let mut newly = 0;
         for &j in &h.support {
-            if ruler.distance(&self.scene.points[j as usize]).abs() < COVERED * sigma {
+            if ruler.distance(&self.scene.points[j as usize]).abs() < COVERED.get() * sigma {
                 newly += usize::from(!self.covered[j as usize]);
                 self.covered[j as usize] = true;
             }
@@ -189,15 +208,33 @@ impl<'a> Seeds<'a> {
     }
 }
 
-/// Sigmas within which a point on a hypothesis is no seed again.
-const COVERED: f64 = 2.5;
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::fit::Family;
     use crate::geometry::Vec3;
+    use crate::segment::Silent;
     use crate::segment::fixtures;
+    use crate::segment::grow::seeded::TRIED;
+
+    #[test]
+    fn a_search_that_comes_to_its_bound_ends_and_the_scene_knows() {
+        let mut random = SplitMix64::new(7);
+        let mut uniform = || 8.0 * random.below(1 << 30) as f64 / f64::from(1 << 30);
+        // Faces far apart: each takes a seed of its own.
+        let faces = (0..20).flat_map(|k| (0..100).map(move |_| 100.0 * f64::from(k)));
+        let points = faces.map(|z| Vec3::new(uniform(), uniform(), z)).collect();
+        let scene = Scene::new(fixtures::ordered(&Vec::from_iter::<Vec<Vec3>>(points)));
+        let families = Families { sigma: 1e-3, floor: 1e-3, ..fixtures::families() };
+        let run = |visits: Option<u64>| {
+            let all = Search::new(&scene, &families, 1);
+            let search = Search { visits: visits.unwrap_or(all.visits), ..all };
+            search.run(&mut (0, 0), |_| false, &Silent).unwrap().len()
+        };
+        assert!(run(None) >= 20 && !scene.work.is_left());
+        let few = run(Some(TRIED.get() as u64));
+        assert!((1..10).contains(&few) && scene.work.is_left(), "{few}");
+    }
 
     #[test]
     fn a_cone_without_noise_is_found_whole_from_any_seed() {
@@ -213,7 +250,7 @@ mod tests {
             Families { sigma: 2e-6, floor: 2e-6, max_radius: 600.0, ..fixtures::families() };
         let mut walk = Walk::new(scene.len());
         for seed in (0..scene.len()).step_by(600) {
-            let found = grow(&scene, &mut walk, &families, seed, MIN_SUPPORT);
+            let found = grow(&scene, &mut walk, &families, seed, MIN_SUPPORT.get());
             let found = found.filter(|h| h.shape.family == Family::Cone && h.sound);
             assert!(found.is_some_and(|h| h.support.len() == scene.len()), "{seed}");
         }

@@ -53,7 +53,7 @@ fn worth(scene: &Scene, h: &Hypothesis, sigma: f64) -> Vec<f32> {
     }
     let inverse = 0.5 / (sigma * sigma);
     let sq = |i: u32| h.shape.distance(&scene.points[i as usize]).powi(2);
-    h.support.iter().map(|&i| (POINT_GAIN - sq(i) * inverse) as f32).collect()
+    h.support.iter().map(|&i| (POINT_GAIN.get() - sq(i) * inverse) as f32).collect()
 }
 
 /// What a hypothesis gains over the points without a label; nothing where these are fewer than `least`.
@@ -65,7 +65,7 @@ fn gain(h: &Hypothesis, worth: &[f32], labels: &[i32], least: usize) -> f64 {
             new += 1;
         }
     }
-    let cost = h.shape.family.description_length(new) + SURFACE_COST;
+    let cost = h.shape.family.description_length(new) + SURFACE_COST.get();
     if new >= least { sum - cost } else { f64::NEG_INFINITY }
 }
 

@@ -1,10 +1,32 @@
 //! The points that growth starts from.
 
+use crate::fit::constant::constants;
 use crate::segment::grow::walk::Walk;
 use crate::segment::prepare::scene::Scene;
 
+constants! {
+    /// Sigmas that points may lie off a tangent plane.
+    OFF: f64 = 3.0, Trial(3.0, 3.0);
+    /// Sine of the angle by which a chord may leave the tangent planes at its ends.
+    CHORD: f64 = 0.3, Trial(0.3, 0.3);
+    /// Cosine of the angle between the normals at its ends.
+    TURN: f64 = 0.7, Trial(0.7, 0.7);
+    /// Sigmas between points whose normals tell nothing about each other.
+    NEAR: f64 = 4.0, Trial(4.0, 4.0);
+    /// Points of the largest start set: it sees curvature through the noise.
+    LARGE: usize = 160, Effort("points of one start");
+    /// Points of the middle one.
+    MIDDLE: usize = 60, Effort("points of one start");
+    /// Points of the smallest one: it fits into a small face or beside a joint.
+    SMALL: usize = 30, Effort("points of one start");
+    /// Points of a start set, at least.
+    LEAST: usize = 24, Trial(24.0, 24.0);
+    /// Points of one in a plane, at least.
+    LEAST_FLAT: usize = 12, Trial(12.0, 12.0);
+}
+
 /// Which connected points a start set takes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     /// Those whose chords lie in the tangent planes.
     Tangent,
@@ -24,17 +46,17 @@ pub fn start_set(
     size: usize,
     sigma: f64,
 ) -> Vec<u32> {
-    let slack = 3.0 * sigma;
+    let slack = OFF.get() * sigma;
     let set = walk.run(scene, &[seed as u32], size, |from, to| {
         let Some(from) = from else { return true };
         let d = scene.points[to] - scene.points[from];
         match start {
             Start::Tangent => {
                 let length = d.norm();
-                scene.normals[from].dot(&d).abs() < 0.3 * length + slack
-                    && scene.normals[to].dot(&d).abs() < 0.3 * length + slack
-                    && (scene.normals[from].dot(&scene.normals[to]).abs() > 0.7
-                        || length < 4.0 * sigma)
+                scene.normals[from].dot(&d).abs() < CHORD.get() * length + slack
+                    && scene.normals[to].dot(&d).abs() < CHORD.get() * length + slack
+                    && (scene.normals[from].dot(&scene.normals[to]).abs() > TURN.get()
+                        || length < NEAR.get() * sigma)
             }
             Start::Flat => {
                 let d = scene.points[to] - scene.points[seed];
@@ -47,13 +69,18 @@ pub fn start_set(
 }
 
 /// The least of those that lie in tangent planes.
-pub const NEAREST: (Start, usize, usize) = (Start::Tangent, 30, 24);
+pub fn nearest() -> (Start, usize, usize) {
+    (Start::Tangent, SMALL.get(), LEAST.get())
+}
+
 /// Start sets, tried in turn at each seed, with the most and the least points of each: a large one sees curvature
 /// through the noise, a small one fits into a small face or beside a joint.
-pub const STARTS: [(Start, usize, usize); 5] = [
-    (Start::Tangent, 160, 24),
-    (Start::Tangent, 60, 24),
-    NEAREST,
-    (Start::Any, 30, 24),
-    (Start::Flat, 24, 12),
-];
+pub fn starts() -> [(Start, usize, usize); 5] {
+    [
+        (Start::Tangent, LARGE.get(), LEAST.get()),
+        (Start::Tangent, MIDDLE.get(), LEAST.get()),
+        nearest(),
+        (Start::Any, SMALL.get(), LEAST.get()),
+        (Start::Flat, LEAST.get(), LEAST_FLAT.get()),
+    ]
+}

@@ -4,6 +4,7 @@
 use nalgebra::SymmetricEigen;
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::fit::{Ruler, Shape};
 use crate::geometry::{Mat3, Vec3, perpendicular_frame};
 use crate::segment::grow::walk::Walk;
@@ -14,31 +15,27 @@ use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::union::Union;
 
-/// Points of a region around which its breadth is measured.
-const CENTRES: usize = 64;
-
-/// Sigmas that the measured surroundings reach at least: nearer by, noise is as broad as long.
-const REACH: f64 = 10.0;
-
-/// Points measured around each.
-const AROUND: usize = 4000;
+constants! {
+    /// Points of a region around which its breadth is measured.
+    CENTRES: usize = 64, Effort("places looked at");
+    /// Sigmas that the measured surroundings reach at least: nearer by, noise is as broad as long.
+    REACH: f64 = 10.0, Trial(10.0, 10.0);
+    /// Points measured around each.
+    AROUND: usize = 4000, Effort("points of one look");
+    /// Points that tell breadth from a curve's bend.
+    LEAST: usize = 6, Trial(6.0, 6.0);
+    /// Sigmas that a surface is broader than. Points on a curve scatter by one across it.
+    BROAD: f64 = 2.5, Trial(2.5, 2.5);
+    /// Share of its length that a curve, where its points are few, may differ by from a parabola.
+    BENT: f64 = 1e-3, Trial(1e-3, 1e-3);
+    /// One in so many places that are broad are enough.
+    BROAD_PLACES: usize = 8, Trial(8.0, 8.0);
+    /// One in so many places that lie between further curves are enough.
+    PLACES_BETWEEN: usize = 4, Trial(4.0, 4.0);
+}
 
 /// Points looked at between two looks at whether the work was cancelled.
 const WATCHED: usize = 1024;
-
-/// Points that tell breadth from a curve's bend.
-const LEAST: usize = 6;
-
-/// Sigmas that a surface is broader than. Points on a curve scatter by one across it.
-const BROAD: f64 = 2.5;
-
-/// Share of its length that a curve, where its points are few, may differ by from a parabola.
-const BENT: f64 = 1e-3;
-
-/// One in so many places that are broad, or lie between further curves, are enough.
-const BROAD_PLACES: usize = 8;
-
-const PLACES_BETWEEN: usize = 4;
 
 /// Marks the regions of a model that are no surfaces as spurious.
 pub fn mark(scene: &Scene, model: &mut Partition, sigma: f64) {
@@ -99,21 +96,21 @@ impl Region<'_> {
     /// shorter description of them; or else on several curves side by side, as a scanner's lines are.
     fn is_surface(&self, walk: &mut Walk) -> bool {
         let n = self.group.len();
-        let count = n.min(CENTRES);
+        let count = n.min(CENTRES.get());
         let places: Vec<Place> =
             (0..count).filter_map(|k| self.place(walk, self.group[k * n / count])).collect();
         let broad = places.iter().filter(|p| p.broad).count();
         if places.is_empty() {
             return false;
         }
-        if broad * BROAD_PLACES < places.len() {
+        if broad * BROAD_PLACES.get() < places.len() {
             return self.are_side_by_side(&places);
         }
         let mut breadths: Vec<f64> = places.iter().map(|p| p.breadth).collect();
         let mid = breadths.len() / 2;
         let breadth = *breadths.select_nth_unstable_by(mid, f64::total_cmp).1;
         let freedom = n.saturating_sub(self.shape.family.dof()) as f64;
-        freedom * (breadth / self.sigma).max(BROAD).ln() > SURFACE_COST
+        freedom * (breadth / self.sigma).max(BROAD.get()).ln() > SURFACE_COST.get()
     }
 
     fn place(&self, walk: &mut Walk, centre: u32) -> Option<Place> {
@@ -123,10 +120,10 @@ impl Region<'_> {
         let sq = |j: usize| (scene.points[j] - at).norm_squared();
         let own = scene.neighbours(c).iter().filter(|&&j| labels[j as usize] == labels[c]);
         let near = own.map(|&j| sq(j as usize)).fold(0.0, f64::max).sqrt();
-        let reach = near.max(REACH * sigma) * (1.0 + 1e-9);
+        let reach = near.max(REACH.get() * sigma) * (1.0 + 1e-9);
         let inside = |_, j: usize| labels[j] == labels[c] && sq(j) <= reach * reach;
-        let around = walk.run(scene, &[centre], AROUND, inside);
-        if around.len() < LEAST {
+        let around = walk.run(scene, &[centre], AROUND.get(), inside);
+        if around.len() < LEAST.get() {
             return None;
         }
         let (u, v) = perpendicular_frame(&self.shape.offset(&at).normal);
@@ -137,7 +134,7 @@ impl Region<'_> {
             .collect();
         let (cos, sin) = main_direction(&flat);
         let breadth = breadth(&flat, cos, sin, reach);
-        let broad = breadth > (BROAD * sigma).max(BENT * reach);
+        let broad = breadth > (BROAD.get() * sigma).max(BENT.get() * reach);
         Some(Place { centre, breadth, broad, along: u * cos + v * sin, across: v * cos - u * sin })
     }
 
@@ -149,14 +146,14 @@ impl Region<'_> {
         }
         let looked_at = places.iter().take_while(|_| !self.scene.cancelled());
         let between = looked_at.filter(|p| self.is_between_curves(p, &curves)).count();
-        between * PLACES_BETWEEN >= places.len()
+        between * PLACES_BETWEEN.get() >= places.len()
     }
 
     /// Which curve each of the region's points is on: those that hang together along it. Lines side by side meet at
     /// their ends, where neighbours are further off, but across.
     fn curves(&self) -> Vec<u32> {
         let Self { scene, group, sigma, .. } = *self;
-        let near = 0.5 * REACH * sigma;
+        let near = 0.5 * REACH.get() * sigma;
         let mut union = Union::new(group.len());
         for (k, &i) in group.iter().enumerate() {
             if k % WATCHED == 0 && scene.cancelled() {
@@ -189,7 +186,7 @@ impl Region<'_> {
             let d = self.scene.points[j as usize] - at;
             let across = d.dot(&place.across);
             // The noise of the place's own curve lies across too.
-            if across.abs() > d.dot(&place.along).abs().max(REACH * self.sigma / 2.0) {
+            if across.abs() > d.dot(&place.along).abs().max(REACH.get() * self.sigma / 2.0) {
                 let side = &mut next[usize::from(across > 0.0)];
                 if d.norm_squared() < side.0 {
                     *side = (d.norm_squared(), curve);

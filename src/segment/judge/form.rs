@@ -1,181 +1,266 @@
-//! Form error: surfaces that are not quite what they should be, and scenes that hold none.
+//! Residuals of neighbours that go together: noise that is smooth, a form error, or no surfaces at all.
 //!
-//! Residuals of neighbours that go together say that a hypothesis is a piece of some other form: a freeform,
-//! or a true surface with a form error above the noise. What tells them apart is where growth ends: on a true
-//! surface hypotheses become the same wherever they start; on freeform each slides to where its
-//! seed lay.
+//! Noise of one size, though not independent from point to point, leaves surfaces what they are: growth from anywhere
+//! on one ends with the same points once it reckons with the whole of the noise. On freeform each hypothesis slides to
+//! where its seed lay, at any scatter.
 
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
-use crate::segment::grow::search::Search;
-use crate::segment::judge::stability::judged;
-use crate::segment::judge::whiteness::correlation;
-use crate::segment::partition::{Partition, members};
+use crate::segment::grow::search::{Search, allowance};
+use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::judge::stability::{judged, rescued};
+use crate::segment::judge::whiteness::correlated;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
-/// Hypotheses after which the form of a scene is first judged.
-const FORM_SAMPLE: usize = 16;
-
-/// A hypothesis whose residuals are correlated beyond this is a piece of some other form.
-const CORRELATED: f64 = 0.07;
-
-/// Share of the points of hypotheses in correlated ones beyond which a form error is suspected, and clear.
-const DOUBTFUL: f64 = 0.25;
-
-const CLEAR: f64 = 0.6;
-
-/// Mean correlation of settled surfaces' residuals beyond which it is seen: without form errors hardly any is left.
-const SEEN: f64 = 0.035;
-
-/// Multiples of sigma at which surfaces with a form error are looked for.
-const LEVELS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
-
-/// Those tried last, for what the others see only in part.
-const BETWEEN: [f64; 2] = [2.8, 5.6];
-
-/// How much more the thinner sample must scatter for a level of its own.
-const CLEARLY: f64 = 1.25;
-
-/// Seeds that tell whether a level is worth trying.
-const LOOK: usize = 16;
-
-/// Share of the grown points that lie in hypotheses with correlated residuals.
-fn correlated_share(hypotheses: &[Hypothesis]) -> f64 {
-    let all: usize = hypotheses.iter().map(|h| h.support.len()).sum();
-    let bad = hypotheses.iter().filter(|h| h.correlation > CORRELATED);
-    bad.map(|h| h.support.len()).sum::<usize>() as f64 / all.max(1) as f64
+constants! {
+    /// Hypotheses after which the form of a scene is first judged.
+    FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
+    /// Typical correlation of hypotheses from which on neighbours' residuals go together all over a scene: where noise
+    /// is independent, chance and those that bridge several surfaces leave it below 0.03.
+    COMMON: f64 = 0.05, Trial(0.05, 0.05);
+    /// The same of the first few hypotheses, of which more bridge.
+    CLEAR: f64 = 0.1, Trial(0.1, 0.1);
+    /// Scatters at which surfaces are looked for, in steps of a factor of the square root of two from the noise
+    /// between neighbours up.
+    LEVELS: usize = 7, Effort("scatters tried");
+    /// Share of the points in hypotheses that are the same wherever they start, from which on a scatter is the
+    /// surfaces'.
+    STABLE: f64 = 0.8, Trial(0.8, 0.8);
+    /// The same below which the scene holds no surfaces.
+    LEAST: f64 = 0.1, Trial(0.1, 0.1);
+    /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
+    /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
+    ROUGH: f64 = 0.02, Trial(0.05, 0.05);
+    /// Seeds that tell whether a level is worth trying.
+    LOOK: usize = 16, Effort("seeds tried");
 }
 
-/// The scatter about surfaces at which these are looked for, rising: multiples of the points' noise, and of what
-/// the neighbourhoods of the thinner sample scatter by where that is clearly more.
-pub fn levels(noise: f64, thinner: f64) -> Vec<f64> {
-    let mut levels: Vec<f64> = LEVELS.iter().map(|l| l * noise).collect();
-    let most = LEVELS[LEVELS.len() - 1];
-    levels.extend(Some(most * thinner).filter(|l| *l > CLEARLY * most * noise));
-    levels
+/// From one scatter to the next.
+const LEVEL: f64 = std::f64::consts::SQRT_2;
+
+/// The correlation of residuals that half of the grown points lie below.
+fn typical(hypotheses: &[Hypothesis]) -> f64 {
+    let mut all: Vec<(f64, usize)> =
+        hypotheses.iter().map(|h| (h.correlation, h.support.len())).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = all.iter().map(|h| h.1).sum::<usize>() / 2;
+    let mut points = 0;
+    let reached = |h: &&(f64, usize)| {
+        points += h.1;
+        points > half
+    };
+    all.iter().find(reached).map_or(0.0, |h| h.0)
 }
 
-/// Levels between those of [`levels`].
-pub fn between(noise: f64) -> [f64; 2] {
-    BETWEEN.map(|l| l * noise)
+/// What a look at a scene's hypotheses gave.
+pub enum Looked {
+    /// Hypotheses, at the scatter and with the correlation that `families` now hold, and whether surfaces are all
+    /// there is.
+    Found(Vec<Hypothesis>, bool),
+    /// Residuals go together: a denser sample may tell why.
+    Doubtful,
 }
 
-/// The hypotheses of a scene, and whether a good part of what they cover goes together as with a form error; none where
-/// that is clear.
-///
-/// Hypotheses that bridge smooth joints look like that too, until labels and surfaces have settled. Then
-/// [`is_seen`] tells.
+/// The hypotheses of a scene. Where neighbours' residuals go together, or a good part of the points fits nothing at the
+/// noise in `families`, those at the least scatter at which they are the same wherever they start; `families` then hold
+/// that scatter and what residuals have in common. None where there is no such scatter.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
 pub fn hypotheses(
     scene: &Scene,
-    families: &Families,
+    families: &mut Families,
     seed: u64,
+    dense: bool,
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
-) -> Result<Option<(Vec<Hypothesis>, bool)>, Cancelled> {
+) -> Result<Looked, Cancelled> {
     let clear =
-        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE && correlated_share(found) > CLEAR;
+        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE.get() && typical(found) > CLEAR.get();
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
-    let doubtful = correlated_share(&found) > DOUBTFUL;
-    Ok((!clear(&found)).then_some((found, doubtful)))
-}
-
-/// Whether what settled surfaces leave of their points goes together as with a form error.
-pub fn is_seen(scene: &Scene, model: &Partition, sigma: f64) -> bool {
-    let groups = members(&model.labels, model.shapes.len());
-    let (mut sum, mut points) = (0.0, 0.0);
-    for (l, (shape, group)) in model.shapes.iter().zip(&groups).enumerate() {
-        let inside = |j: u32| model.labels[j as usize] == l as i32;
-        let n = group.len() as f64;
-        sum += n * correlation(scene, shape, group, sigma, inside);
-        points += n;
+    let common = typical(&found) > COMMON.get();
+    let taken = if common { Vec::new() } else { taken(&found, scene.len()) };
+    let open = taken.iter().filter(|t| !**t).count();
+    if !common && (open as f64) < ROUGH.get() * scene.len() as f64 {
+        return Ok(Looked::Found(found, true));
     }
-    sum > SEEN * points
+    let at = scatter(scene, families, seed, &taken, trials, monitor)?;
+    if !common && at.share <= STABLE.get() {
+        return Ok(Looked::Found(found, true));
+    }
+    if at.share <= STABLE.get() && !dense {
+        return Ok(Looked::Doubtful);
+    }
+    let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
+    families.sigma = LEVEL * sigma;
+    families.floor = families.floor.max(sigma);
+    families.common = at.common;
+    let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
+    families.common = in_common(&found);
+    if at.share <= STABLE.get() {
+        found = judged(scene, families, found);
+    } else {
+        let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
+        found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
+        found = rescued(scene, families, found);
+    }
+    Ok(Looked::Found(found, at.share > STABLE.get()))
 }
 
-/// The hypotheses of a scene whose surfaces have a form error that `families` take account of; none where most of
-/// the first ones slide.
-///
-/// # Errors
-/// `monitor` cancelled the work.
-pub fn loose_hypotheses(
+/// Which of `n` points lie in a hypothesis.
+fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
+    let mut taken = vec![false; n];
+    found.iter().flat_map(|h| &h.support).for_each(|&i| taken[i as usize] = true);
+    taken
+}
+
+/// What residuals of neighbours have in common at hypotheses of one scatter.
+fn in_common(found: &[Hypothesis]) -> f64 {
+    Some(typical(found)).filter(|c| *c > COMMON.get()).unwrap_or(0.0)
+}
+
+/// The scatter at which most of what is grown is the same wherever it starts.
+struct Scatter {
+    /// It, or that at which the most is; none where next to nothing is at any.
+    sigma: Option<f64>,
+    /// Share of the grown points that is.
+    share: f64,
+    /// What residuals have in common there.
+    common: f64,
+}
+
+/// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
+/// scene's.
+fn scatter(
     scene: &Scene,
     families: &Families,
     seed: u64,
+    taken: &[bool],
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
-) -> Result<Option<Vec<Hypothesis>>, Cancelled> {
-    let all = Search::new(scene, families, seed);
-    let few = Search { most: LOOK, ..all }.run(trials, |_| false, monitor)?;
-    if !are_mostly_stable(scene, families, few) {
-        return Ok(None);
+) -> Result<Scatter, Cancelled> {
+    let mut best = Scatter { sigma: None, share: LEAST.get(), common: 0.0 };
+    let first = usize::from(!taken.is_empty());
+    // All levels together may be as much work as two searches.
+    let allowed = scene.work.done() + 2 * allowance(scene.len());
+    for level in first..LEVELS.get() {
+        if scene.work.done() > allowed {
+            scene.work.leave();
+            break;
+        }
+        let sigma = families.sigma * LEVEL.powi(level as i32);
+        let looser = Families { sigma, ..families.clone() };
+        let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
+        let mut look = |most: usize| -> Result<(f64, f64), Cancelled> {
+            let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
+            let part = most as f64 / LOOK.get() as f64;
+            let rough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
+            let common = in_common(&few);
+            let share =
+                if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 };
+            Ok((share, common))
+        };
+        // Of freeform none is, and by outliers few points are won: the first few seeds tell.
+        if look(AT_ONCE)?.0 == 0.0 {
+            continue;
+        }
+        let (share, common) = look(LOOK.get())?;
+        if share > best.share {
+            best = Scatter { sigma: Some(sigma), share, common };
+        }
+        if share > STABLE.get() {
+            break;
+        }
     }
-    Ok(Some(judged(scene, families, all.run(trials, |_| false, monitor)?)))
+    Ok(best)
 }
 
 /// Hypotheses judged at once.
 const AT_ONCE: usize = 4;
 
-/// Whether sound hypotheses cover more than half of the points that all cover. As many are judged as it takes to tell.
-fn are_mostly_stable(scene: &Scene, families: &Families, found: Vec<Hypothesis>) -> bool {
-    let points = |found: &[Hypothesis]| {
-        let mut all: Vec<u32> = found.iter().flat_map(|h| h.support.iter().copied()).collect();
-        all.sort_unstable();
-        all.dedup();
-        all.len()
-    };
+/// Points in hypotheses that were not `taken` before.
+fn newly(found: &[Hypothesis], taken: &[bool]) -> usize {
+    let mut all = taken.to_vec();
+    let of = found.iter().flat_map(|h| &h.support).map(|&i| i as usize);
+    of.filter(|&i| all.get_mut(i).is_some_and(|t| !std::mem::replace(t, true))).count()
+}
+
+/// Share of the points in hypotheses that is in those which are the same wherever they start. As many are judged as it
+/// takes to tell that it is not [`STABLE`].
+fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> f64 {
+    let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
     let all = points(&found);
-    let (mut open, mut sound) = (found, Vec::new());
-    while 2 * points(&sound) <= all {
-        let most = [&sound[..], &open[..]].concat();
-        if open.is_empty() || 2 * points(&most) <= all {
-            return false;
-        }
-        let few = open.drain(..open.len().min(AT_ONCE)).collect();
-        sound.extend(judged(scene, families, few).into_iter().filter(|h| h.sound));
+    let (mut looked, mut stable) = (0.0, 0.0);
+    while !found.is_empty() && looked - stable < (1.0 - STABLE.get()) * all {
+        let few: Vec<Hypothesis> = found.drain(..found.len().min(AT_ONCE)).collect();
+        looked += points(&few);
+        let sound = judged(scene, families, few).into_iter().filter(|h| h.sound);
+        stable += points(&sound.collect::<Vec<_>>());
     }
-    true
-}
-
-/// The hypotheses of a scene without surfaces at any level that stand out of its form.
-///
-/// # Errors
-/// `monitor` cancelled the work.
-pub fn outstanding_hypotheses(
-    scene: &Scene,
-    families: &Families,
-    seed: u64,
-    trials: &mut (usize, usize),
-    monitor: &dyn Monitor,
-) -> Result<Vec<Hypothesis>, Cancelled> {
-    let early = |found: &[Hypothesis]| found.len() >= FORM_SAMPLE;
-    Ok(standing_out(Search::new(scene, families, seed).run(trials, early, monitor)?))
-}
-
-/// Of a freeform scene's hypotheses, those that stand out: residuals like noise, and several times larger
-/// than the patches that the form breaks into.
-fn standing_out(hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
-    let mut patches: Vec<usize> =
-        hypotheses.iter().filter(|h| h.correlation > CORRELATED).map(|h| h.support.len()).collect();
-    patches.sort_unstable();
-    let typical = patches.get(patches.len() / 2).copied().unwrap_or(0);
-    hypotheses
-        .into_iter()
-        .filter(|h| h.correlation <= 0.5 * CORRELATED && h.support.len() > 3 * typical)
-        .collect()
+    stable / looked.max(1.0)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
+    use crate::fit::fits::Random;
+    use crate::geometry::Vec3;
+    use crate::segment::Silent;
+    use crate::segment::fixtures::{self, SIGMA, ordered};
+
+    /// A smooth field of variance one, with a correlation length of one.
+    fn smooth(random: &mut Random) -> impl Fn(&Vec3) -> f64 + use<> {
+        let waves: Vec<(Vec3, f64)> = (0..200)
+            .map(|_| {
+                let k = Vec3::new(random.normal(), random.normal(), random.normal());
+                (k, random.uniform(0.0, TAU))
+            })
+            .collect();
+        move |p| waves.iter().map(|(k, at)| (k.dot(p) + at).cos()).sum::<f64>() / 10.0
+    }
+
+    /// A roof of two faces, its noise `white` and `smooth` in sigmas, on a floor that bends by `bent`.
+    fn looked(white: f64, form: f64, bent: f64) -> (usize, Families) {
+        let random = &mut Random::new(5);
+        let field = smooth(random);
+        let mut at = || {
+            let (x, y) = (random.uniform(-10.0, 10.0), random.uniform(0.0, 10.0));
+            let flat = Vec3::new(x, y, 0.0);
+            let off = SIGMA * (white * random.normal() + form * field(&flat));
+            Vec3::new(x, y, 0.8 * x.abs() + off + bent * field(&(0.3 * flat)))
+        };
+        let scene = Scene::new(ordered(&(0..12_000).map(|_| at()).collect::<Vec<_>>()));
+        let mut families = Families { max_radius: 1e4, ..fixtures::families() };
+        let mut trials = (0, 0);
+        let found = hypotheses(&scene, &mut families, 1, true, &mut trials, &Silent).unwrap();
+        let Looked::Found(found, _) = found else { panic!("a denser sample was asked for") };
+        (found.len(), families)
+    }
 
     #[test]
-    fn a_thinner_sample_has_a_level_of_its_own_where_it_scatters_clearly_more() {
-        assert_eq!(levels(0.5, 0.5), [0.5, 1.0, 2.0, 4.0]);
-        assert_eq!(levels(0.5, 0.6), [0.5, 1.0, 2.0, 4.0]);
-        assert_eq!(levels(0.5, 1.0), [0.5, 1.0, 2.0, 4.0, 8.0]);
+    fn independent_noise_has_nothing_in_common() {
+        let (found, families) = looked(1.0, 0.0, 0.0);
+        assert!(found >= 2);
+        assert_eq!((families.common, families.sigma), (0.0, SIGMA));
+    }
+
+    #[test]
+    fn smooth_noise_is_reckoned_with_as_a_whole() {
+        let (found, families) = looked(0.7, 1.5, 0.0);
+        assert!((2..12).contains(&found), "{found}");
+        // Nearly all of a residual is its neighbours' too, and sigma is the whole of it or a level or two more.
+        assert!((0.5..0.95).contains(&families.common), "{}", families.common);
+        let across = 1.0 / 0.8_f64.hypot(1.0);
+        let whole = SIGMA * 0.7_f64.hypot(1.5) * across;
+        assert!((whole..2.1 * whole).contains(&families.sigma), "{}", families.sigma);
+    }
+
+    #[test]
+    fn freeform_is_no_noise_of_any_size() {
+        assert_eq!(looked(1.0, 0.0, 3.0).0, 0);
     }
 }

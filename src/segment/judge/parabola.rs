@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::fit::{Family, Shape, Spread};
 use crate::geometry::Vec3;
 use crate::segment::judge::one_quadric::one_quadric;
@@ -10,33 +11,34 @@ use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 use crate::segment::report::uncertainty::SAMPLE;
 
-/// A centre so many times further off than the points reach towards it is none that they lie around.
-const FAR: f64 = 10.0;
-
-/// A semi-axis is known to this share of it where the points tell an ellipse from a parabola.
-const KNOWN: f64 = 0.1;
+constants! {
+    /// A centre so many times further off than the points reach towards it is none that they lie around.
+    FAR: f64 = 10.0, Trial(10.0, 10.0);
+    /// A semi-axis is known to this share of it where the points tell an ellipse from a parabola.
+    KNOWN: f64 = 0.1, Trial(0.1, 0.1);
+    /// Semi-axes further apart than this many times are those of no ellipse.
+    PARABOLIC: f64 = 25.0, Trial(25.0, 25.0);
+}
 
 /// Which of the regions of a scene are pieces of another form: ellipses as good as parabolas, most of what was found.
 ///
 /// Growth on a parabola, or on any profile that straightens out, ends in such shapes, another one wherever it starts.
 /// A true arc may be too short to tell as well, but it comes alone or with others that tell.
-///
-/// Where surfaces have a form error, that is what makes a far centre known.
 pub fn open(scene: &Scene, model: &Partition, groups: &[Vec<u32>], sigma: f64) -> Vec<bool> {
     let look = |(s, g): (&Shape, &Vec<u32>)| {
         if scene.cancelled() {
             return (None, false);
         }
-        let points = take(scene, g, SAMPLE);
+        let points = take(scene, g, SAMPLE.get());
         let axis = far_axis(s, &points);
-        let known = axis.is_some_and(|k| !model.form_error && is_known(s, k, &points, sigma));
+        let known = axis.is_some_and(|k| is_known(s, k, &points, sigma));
         (axis.map(|_| points), axis.is_some() && !known)
     };
     let (far, open): (Vec<Option<Vec<Vec3>>>, Vec<bool>) =
         model.shapes.par_iter().zip(groups).map(look).unzip();
     let points: usize = groups.iter().map(Vec::len).sum();
     let within: usize = groups.iter().zip(&open).filter(|g| *g.1).map(|g| g.0.len()).sum();
-    let several = model.form_error || open.iter().filter(|o| **o).count() > 1;
+    let several = open.iter().filter(|o| **o).count() > 1;
     if several && 2 * within > points {
         return open;
     }
@@ -58,7 +60,7 @@ fn far_axis(shape: &Shape, points: &[Vec3]) -> Option<usize> {
         let along = points.iter().map(|p| (p - shape.origin).dot(&axis));
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
         let (low, high) = along.fold(ends, |(low, high), x| (low.min(x), high.max(x)));
-        (low + high).abs() > 2.0 * FAR * (high - low)
+        (low + high).abs() > 2.0 * FAR.get() * (high - low)
     })
 }
 
@@ -68,16 +70,13 @@ fn is_known(shape: &Shape, axis: usize, points: &[Vec3], sigma: f64) -> bool {
     let axes = if shape.family == Family::Ellipsoid { 3 } else { 2 };
     let freedom = shape.family.dof() - axes + axis;
     let variance = Spread::of(shape, points).covariance(sigma, 1.0)[(freedom, freedom)];
-    variance.is_finite() && variance.sqrt() < KNOWN
+    variance.is_finite() && variance.sqrt() < KNOWN.get()
 }
-
-/// Semi-axes further apart than this many times are those of no ellipse.
-const PARABOLIC: f64 = 25.0;
 
 /// Whether an elliptic shape is so long that it is a parabola where its points lie: what growth makes of an edge
 /// with both its faces, or of a fillet beside its own.
 pub fn is_parabolic(shape: &Shape) -> bool {
-    shape.elongation() > PARABOLIC
+    shape.elongation() > PARABOLIC.get()
 }
 
 #[cfg(test)]

@@ -2,21 +2,23 @@
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::search::MIN_SUPPORT;
 use crate::segment::grow::walk::Walk;
+use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::partition::members;
 use crate::segment::prepare::scene::Scene;
 
-/// Growths from elsewhere in a set of points that tell whether it is a surface's.
-const REGROWN: usize = 5;
-
-/// How many of them must end up the same.
-const ALIKE: usize = 3;
-
-/// Common share of two supports that are the same.
-const SAME: f64 = 0.75;
+constants! {
+    /// Growths from elsewhere in a set of points that tell whether it is a surface's.
+    REGROWN: usize = 5, Effort("growths of one set");
+    /// How many of them must end up the same.
+    ALIKE: usize = 3, Trial(3.0, 3.0);
+    /// Common share of two supports that are the same.
+    SAME: f64 = 0.75, Trial(0.75, 0.75);
+}
 
 /// The hypotheses, those sound that are the same wherever they start.
 pub fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
@@ -27,39 +29,52 @@ pub fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) ->
     found
 }
 
-/// The regions of a scene with form errors that are no surfaces: growth from elsewhere in them ends
-/// elsewhere. They keep their points from flowing to their neighbours, and are not reported.
-pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
-    members(labels, regions)
-        .par_iter()
-        .map_init(
+/// The hypotheses, those sound as well whose residuals are correlated by more than is common but which are the same
+/// wherever they start: how much neighbours have in common differs from surface to surface.
+pub fn rescued(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    if families.common > 0.0 {
+        let open = found.par_iter_mut().filter(|h| !h.sound && !is_parabolic(&h.shape));
+        open.for_each_init(
             || Walk::new(scene.len()),
-            |walk, region| !is_stable(scene, walk, families, region),
-        )
-        .collect()
+            |walk, h| h.sound = is_stable(scene, walk, families, &h.support),
+        );
+    }
+    found
+}
+
+/// The regions of a scene that are no surfaces: growth from elsewhere in them ends elsewhere. They keep their points
+/// from flowing to their neighbours, and are not reported.
+pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
+    unstable(scene, families, &members(labels, regions))
+}
+
+/// Whether growth from elsewhere in each of some sets of points ends elsewhere.
+pub fn unstable(scene: &Scene, families: &Families, sets: &[Vec<u32>]) -> Vec<bool> {
+    let walk = || Walk::new(scene.len());
+    sets.par_iter().map_init(walk, |walk, set| !is_stable(scene, walk, families, set)).collect()
 }
 
 /// Whether most growths from elsewhere in a set of points end up with the same points.
 fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]) -> bool {
-    if points.len() < REGROWN || scene.cancelled() {
+    if points.len() < REGROWN.get() || scene.cancelled() {
         return false;
     }
     let mut own = points.to_vec();
     own.sort_unstable();
     let (mut alike, mut other) = (0, 0);
-    for k in 0..REGROWN {
-        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN)] as usize;
-        let grown = grow(scene, walk, families, seed, MIN_SUPPORT);
-        if grown.is_some_and(|h| common_share(&own, &h.support) > SAME) {
+    for k in 0..REGROWN.get() {
+        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.get())] as usize;
+        let grown = grow(scene, walk, families, seed, MIN_SUPPORT.get());
+        if grown.is_some_and(|h| common_share(&own, &h.support) > SAME.get()) {
             alike += 1;
         } else {
             other += 1;
         }
-        if alike == ALIKE || other > REGROWN - ALIKE {
+        if alike == ALIKE.get() || other > REGROWN.get() - ALIKE.get() {
             break;
         }
     }
-    alike == ALIKE
+    alike == ALIKE.get()
 }
 
 /// Points in both of two sets over those in either; `sorted` rises.

@@ -2,13 +2,15 @@
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::segment::prepare::scene::Scene;
 
-/// Which of a point's neighbours of its own label tells how close they lie.
-const NTH: usize = 3;
-
-/// How many times further off than those of its neighbours a stray's are. Even points seldom come to twice.
-const FAR: f64 = 3.0;
+constants! {
+    /// Which of a point's neighbours of its own label tells how close they lie.
+    NTH: usize = 3, Trial(3.0, 3.0);
+    /// How many times further off than those of its neighbours a stray's are. Even points seldom come to twice.
+    FAR: f64 = 3.0, Trial(3.0, 3.0);
+}
 
 /// The labelled points whose neighbours of the same label lie several times further off than these do from each
 /// other (as Breunig and others' local outlier factor compares reaches).
@@ -19,7 +21,7 @@ pub fn strays(scene: &Scene, labels: &[i32]) -> Vec<u32> {
     };
     let reach = |i: u32| {
         let last = scene.neighbours(i as usize).last().copied();
-        let to = alike(i).nth(NTH - 1).or(last);
+        let to = alike(i).nth(NTH.get() - 1).or(last);
         to.map_or(0.0, |j| (scene.points[j as usize] - scene.points[i as usize]).norm())
     };
     (0..scene.len() as u32)
@@ -33,11 +35,11 @@ pub fn strays(scene: &Scene, labels: &[i32]) -> Vec<u32> {
             let own = reach(i);
             let mut of_others = alike(i).map(reach);
             match of_others.next() {
-                Some(first) if own <= FAR * first => false,
+                Some(first) if own <= FAR.get() * first => false,
                 Some(first) => {
                     let mut all: Vec<f64> = of_others.chain([first]).collect();
                     let middle = all.len() / 2;
-                    own > FAR * *all.select_nth_unstable_by(middle, f64::total_cmp).1
+                    own > FAR.get() * *all.select_nth_unstable_by(middle, f64::total_cmp).1
                 }
                 None => true,
             }

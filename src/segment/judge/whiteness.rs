@@ -1,14 +1,27 @@
 //! Whether the residuals of neighbours go together.
 
+use crate::fit::constant::constants;
 use crate::fit::{Ruler, Shape};
 use crate::segment::prepare::scene::Scene;
 
-/// Correlation times the root of the number of points that chance seldom exceeds.
-pub const CHANCE: f64 = 1.5;
+constants! {
+    /// Correlation times the root of the number of points that chance seldom exceeds.
+    pub CHANCE: f64 = 1.5, Trial(1.5, 1.5);
+    /// Neighbours whose residuals are compared with a point's.
+    AROUND: usize = 6, Trial(6.0, 6.0);
+    /// Correlation beyond which a hypothesis bridges several surfaces.
+    BRIDGES: f64 = 0.15, Trial(0.15, 0.15);
+    /// Points whose residuals are compared with their neighbours'.
+    SAMPLE: usize = 600, Effort("points looked at");
+    /// Share of the points that an interior must hold to speak for all.
+    INTERIOR: f64 = 0.25, Trial(0.25, 0.25);
+    /// Residuals below this many sigmas are rounding.
+    ROUNDING: f64 = 0.3, Trial(0.3, 0.3);
+}
 
-/// Whether a correlation of residuals is more than chance gives for `n` points.
-pub fn correlated(correlation: f64, n: usize) -> bool {
-    correlation > 0.15 + CHANCE / (n.max(1) as f64).sqrt()
+/// Whether a correlation of the residuals of `n` points is more than chance and what is `common` to all surfaces give.
+pub fn correlated(correlation: f64, common: f64, n: usize) -> bool {
+    correlation > common + BRIDGES.get() + CHANCE.get() / (n.max(1) as f64).sqrt()
 }
 
 /// The mean product of neighbouring residuals over their mean square, on a sample of `support`: near 0
@@ -24,14 +37,14 @@ pub fn correlation(
     inside: impl Fn(u32) -> bool,
 ) -> f64 {
     let ruler = Ruler::of(shape);
-    let m = support.len().min(600);
+    let m = support.len().min(SAMPLE.get());
     // Strips of other faces that lie within reach along an edge say nothing about this one: its
     // interior does, where it has one.
     let (mut all, mut interior) = (Products::default(), Products::default());
     for k in 0..m {
         let i = support[k * support.len() / m] as usize;
         let r = ruler.distance(&scene.points[i]);
-        let around = &scene.neighbours(i)[..AROUND];
+        let around = &scene.neighbours(i)[..AROUND.get()];
         let (mut sum, mut near) = (0.0, 0);
         for &j in around {
             if inside(j) {
@@ -39,19 +52,18 @@ pub fn correlation(
                 near += 1;
             }
         }
-        let sq_reach = (scene.points[around[AROUND - 1] as usize] - scene.points[i]).norm_squared();
+        let sq_reach =
+            (scene.points[around[AROUND.get() - 1] as usize] - scene.points[i]).norm_squared();
         if near > 0 {
             all.add(r, sum / near as f64, sq_reach);
         }
-        if near == AROUND {
+        if near == AROUND.get() {
             interior.add(r, sum / near as f64, sq_reach);
         }
     }
-    if interior.count * 4 > all.count { interior } else { all }.correlation(sigma)
+    if f64::from(interior.count) > INTERIOR.get() * f64::from(all.count) { interior } else { all }
+        .correlation(sigma)
 }
-
-/// Neighbours whose residuals are compared with a point's.
-const AROUND: usize = 6;
 
 /// Sums of products of residuals.
 #[derive(Clone, Copy, Default)]
@@ -79,7 +91,7 @@ impl Products {
     fn correlation(&self, sigma: f64) -> f64 {
         let count = f64::from(self.count.max(1));
         let mean_sq = self.square / count;
-        if mean_sq.sqrt() < 0.3 * sigma {
+        if mean_sq.sqrt() < ROUNDING.get() * sigma {
             return 0.0;
         }
         let chosen = 2.0 * mean_sq * self.inverse_sq / count;

@@ -1,8 +1,6 @@
 //! Points between several surfaces, placed by the neighbours of each.
 
-use std::num::NonZero;
-
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use kiddo::ImmutableKdTree;
 use rayon::prelude::*;
 
 use crate::fit::Ruler;
@@ -13,7 +11,6 @@ use crate::segment::label::labelling::Labelling;
 use crate::segment::label::shares::posterior;
 use crate::segment::prepare::candidates::K;
 use crate::segment::prepare::nearest::{Runs, Search};
-use crate::segment::prepare::place::place;
 use crate::segment::prepare::scene::Scene;
 
 /// Points between surfaces that are placed between two looks at whether the work was cancelled.
@@ -124,30 +121,6 @@ pub fn nearest(points: &[Vec3], several: &[u32], monitor: &dyn Monitor) -> Vec<N
             let at = pool.partition_point(|&j| j < i);
             let near = runs.nearest(at, search).0;
             near.iter().filter_map(|&k| pool.get(k as usize).copied()).collect()
-        })
-        .collect()
-}
-
-/// The neighbours of points between surfaces among those of the sample.
-pub fn nearest_of_sample(
-    points: &[Vec3],
-    scene: &Scene,
-    several: &[u32],
-    monitor: &dyn Monitor,
-) -> Vec<Near> {
-    let (Some(tree), Some(k)) = (tree(scene), NonZero::new(K)) else { return Vec::new() };
-    let place_of = |k: u32| place(k as usize, scene.len(), points.len()) as u32;
-    let watched = || (!monitor.cancelled()).then_some(&tree);
-    several
-        .par_iter()
-        .with_min_len(128)
-        .with_max_len(WATCHED)
-        .map_init(watched, |tree, &i| {
-            let Some(tree) = tree else { return Near::default() };
-            let p = &points[i as usize];
-            let found =
-                tree.query(&[p.x, p.y, p.z]).nearest_n::<SquaredEuclidean<f64>>(k).execute();
-            found.iter().map(|f| place_of(f.item)).collect()
         })
         .collect()
 }

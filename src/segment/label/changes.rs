@@ -1,5 +1,6 @@
 //! What has changed since labels were last looked at, and which regions are still what they were.
 
+use crate::fit::constant::constants;
 use crate::segment::label::blocks::{BLOCK, Block, blocks_beside};
 use std::collections::BTreeMap;
 
@@ -8,11 +9,13 @@ use rayon::prelude::*;
 use crate::fit::Shape;
 use crate::segment::prepare::scene::Scene;
 
-/// Share of its points that a region may win or lose and still be the same to whoever judges its surface: a
-/// decision that so few points turn is none.
-const SAME_POINTS: f64 = 0.01;
-/// The same for the noise: squares in its units change by twice that.
-const SAME_NOISE: f64 = 0.02;
+constants! {
+    /// Share of its points that a region may win or lose and still be the same to whoever judges its surface: a
+    /// decision that so few points turn is none.
+    SAME_POINTS: f64 = 0.01, Effort("changes that are not followed up");
+    /// The same for the noise: squares in its units change by twice that.
+    SAME_NOISE: f64 = 0.02, Derived("twice SAME_POINTS: squares in units of the noise change by twice its change");
+}
 
 /// Keeps account of changes in a partition's surfaces and labels.
 ///
@@ -71,7 +74,7 @@ impl Changes {
 
     /// Whether `sigma` is another noise than that of what was noted.
     pub fn is_other_noise(&self, sigma: f64) -> bool {
-        (sigma - self.sigma).abs() > SAME_NOISE * self.sigma
+        (sigma - self.sigma).abs() > SAME_NOISE.get() * self.sigma
     }
 
     /// Notes the surfaces and labels of a scene as they are now. Returns how many labels have changed.
@@ -99,7 +102,7 @@ impl Changes {
         }
         for (r, moved) in self.regions.iter_mut().zip(moved) {
             r.changed |= moved;
-            if moved || r.turned as f64 > SAME_POINTS * r.count as f64 {
+            if moved || r.turned as f64 > SAME_POINTS.get() * r.count as f64 {
                 self.last += 1;
                 (r.revision, r.turned) = (self.last, 0);
             }

@@ -1,29 +1,30 @@
 //! What a label costs at a point, from its own residual and its neighbours'.
 
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::label::asked::Asked;
 use crate::segment::label::labelling::Labelling;
-use crate::segment::objective::ACCEPT;
+use crate::segment::objective::unassigned;
 use crate::segment::prepare::candidates::K;
 
-/// Cost of each neighbour with another label.
-const DISAGREEMENT: f64 = 0.3;
-
-/// A neighbour says at most this much for one label against another across a smooth joint.
-const SMOOTH_CUT: f64 = 16.0;
-
-/// And this much across a sharp edge: a point past it says that it lies there itself, not that its
-/// neighbour does.
-const SHARP_CUT: f64 = 1.0;
+constants! {
+    /// Cost of each neighbour with another label.
+    DISAGREEMENT: f64 = 0.3, Trial(0.3, 0.3);
+    /// A neighbour says at most this much for one label against another across a smooth joint.
+    SMOOTH_CUT: f64 = 16.0, Trial(16.0, 16.0);
+    /// And this much across a sharp edge: a point past it says that it lies there itself, not that its
+    /// neighbour does.
+    SHARP_CUT: f64 = 1.0, Trial(1.0, 1.0);
+    /// Evidence for one label over the next best that needs no more points' word.
+    ENOUGH: f64 = 12.0, Effort("evidence beyond which no more points are asked");
+    /// Rings of neighbours' neighbours that are asked where there is less than that.
+    RINGS: usize = 2, Effort("rings of points that are asked");
+}
 
 /// Surfaces that part by more than this within a neighbourhood, squared and in sigmas, meet at a sharp edge.
-const SHARP: f64 = ACCEPT * ACCEPT;
-
-/// Evidence for one label over the next best that needs no more points' word.
-const ENOUGH: f64 = 12.0;
-
-/// Rings of neighbours' neighbours that are asked where there is less than that.
-const RINGS: usize = 2;
+fn sharp() -> f64 {
+    unassigned()
+}
 
 /// Most labels met at one point: its own and its neighbours'.
 const MOST: usize = K + 1;
@@ -61,13 +62,13 @@ impl Energies {
     pub fn at(of: &impl Labelling, i: u32) -> Self {
         let (mut met, parting) = Met::heard(of, i);
         let mut asked = None;
-        for ring in 1..=RINGS {
+        for ring in 1..=RINGS.get() {
             let width = (ring + 1) as f64;
-            if met.len < 2 || parting * width * width > SHARP || met.margin() > ENOUGH {
+            if met.len < 2 || parting * width * width > sharp() || met.margin() > ENOUGH.get() {
                 break;
             }
             let asked = asked.get_or_insert_with(|| Asked::of(i, of.neighbours(i)));
-            met.ask(of, asked.widen(of), SMOOTH_CUT);
+            met.ask(of, asked.widen(of), SMOOTH_CUT.get());
         }
         met.energies()
     }
@@ -122,7 +123,7 @@ impl Met {
         let near = of.neighbours(i);
         let mut met = Self::of(of, i);
         let parting = met.parting(of, i, near);
-        met.ask(of, near, if parting > SHARP { SHARP_CUT } else { SMOOTH_CUT });
+        met.ask(of, near, if parting > sharp() { SHARP_CUT.get() } else { SMOOTH_CUT.get() });
         (met, parting)
     }
 
@@ -173,10 +174,11 @@ impl Met {
     /// Of the labels within reach.
     fn energies(&self) -> Energies {
         let (mut all, mut len) = ([Energy::default(); MOST], 0);
-        for c in (0..self.len).filter(|&c| self.own[c] <= ACCEPT * ACCEPT) {
+        for c in (0..self.len).filter(|&c| self.own[c] <= unassigned()) {
             let others = (self.asked - self.for_it[c]) as f64;
             let evidence = self.own[c] + self.around[c];
-            all[len] = Energy { label: self.labels[c], evidence, against: DISAGREEMENT * others };
+            all[len] =
+                Energy { label: self.labels[c], evidence, against: DISAGREEMENT.get() * others };
             len += 1;
         }
         Energies { all, len }

@@ -7,7 +7,7 @@ use crate::geometry::Vec3;
 use crate::segment::label::blocks::BLOCK;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::labelling::Labelling;
-use crate::segment::objective::ACCEPT;
+use crate::segment::objective::unassigned;
 use crate::segment::prepare::scene::Scene;
 
 /// The labels of a scene.
@@ -114,7 +114,7 @@ pub fn best_label(of: &impl Labelling, i: u32) -> i32 {
     // Most points lie inside a region, with one candidate.
     let near = of.neighbours(i).iter();
     if own >= 0 && !near.fold(false, |any, &j| any | (of.label(j) != own)) {
-        return if of.sq(own, i) <= ACCEPT * ACCEPT { own } else { -1 };
+        return if of.sq(own, i) <= unassigned() { own } else { -1 };
     }
     Energies::at(of, i).best()
 }

@@ -3,10 +3,16 @@
 use rayon::prelude::*;
 
 use crate::fit::Ruler;
+use crate::fit::constant::constants;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::relabel::SceneLabels;
 use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
+
+constants! {
+    /// Share of a point below which a surface has none in it.
+    LEAST_SHARE: f64 = 0.01, Effort("shares that are not counted");
+}
 
 /// What a point between surfaces counts for each of them.
 pub type Share = (u32, Vec<(i32, f64)>);
@@ -19,12 +25,12 @@ pub struct Labelled {
     pub shares: Vec<Share>,
 }
 
-/// Shares of the labels from their energies, those above 1 %.
+/// Shares of the labels from their energies.
 pub fn posterior(energies: &Energies) -> Vec<(i32, f64)> {
     let least = energies.iter().map(|e| e.evidence).fold(f64::INFINITY, f64::min);
     let weighed = energies.iter().map(|e| (e.label, (-0.5 * (e.evidence - least)).exp()));
     let total: f64 = weighed.clone().map(|w| w.1).sum();
-    weighed.map(|(l, w)| (l, w / total)).filter(|w| w.1 > 0.01).collect()
+    weighed.map(|(l, w)| (l, w / total)).filter(|w| w.1 > LEAST_SHARE.get()).collect()
 }
 
 /// The shares of a scene's points beside boundaries.

@@ -10,11 +10,10 @@ use rayon::prelude::*;
 use crate::fit::Ruler;
 use crate::geometry::Vec3;
 use crate::segment::label::around::{Around, CHUNK};
-use crate::segment::label::between::{Between, WATCHED, nearest, nearest_of_sample, tree};
+use crate::segment::label::between::{Between, WATCHED, nearest, tree};
 use crate::segment::label::shares::Labelled;
-use crate::segment::objective::ACCEPT;
+use crate::segment::objective::unassigned;
 use crate::segment::partition::Partition;
-use crate::segment::prepare::place::place;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
@@ -51,15 +50,7 @@ pub fn spread(
     let none: Vec<u32> = open.iter().flat_map(|o| o.none.iter().copied()).collect();
     second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
     monitor.check()?;
-    // With a form error the nearest points all tell the same: those of the sample are asked.
-    let near = if model.form_error {
-        for (k, &l) in model.labels.iter().enumerate() {
-            labels[place(k, scene.len(), points.len())] = l;
-        }
-        nearest_of_sample(points, scene, &several, monitor)
-    } else {
-        nearest(points, &several, monitor)
-    };
+    let near = nearest(points, &several, monitor);
     let between =
         Between { points, rulers: &rulers, labels: &labels, several: &several, near, inverse };
     let placed = between.placed(monitor);
@@ -123,7 +114,7 @@ impl Nearest<'_> {
             self.rulers[l as usize].distances(points, d);
             for k in 0..n {
                 let sq = d[k] * d[k] * self.inverse;
-                let within = sq <= ACCEPT * ACCEPT;
+                let within = sq <= unassigned();
                 near[k] += u32::from(within);
                 if within && sq < best[k] {
                     best[k] = sq;
@@ -188,7 +179,7 @@ fn second_look(
                 let p = &points[i as usize];
                 let nearest =
                     tree.query(&[p.x, p.y, p.z]).nearest_one::<SquaredEuclidean<f64>>().execute();
-                let mut best = (ACCEPT * ACCEPT, -1);
+                let mut best = (unassigned(), -1);
                 for &l in around.at(nearest.item as usize) {
                     let r = rulers[l as usize].distance(p).powi(2) * inverse;
                     if r <= best.0 {

@@ -4,13 +4,11 @@ use crate::segment::Silent;
 use crate::segment::fixtures::{SIGMA, partition, plane, ramp, roof, sheet};
 use crate::segment::label::around::{Around, CHUNK};
 use crate::segment::label::asked::Asked;
-use crate::segment::label::between::nearest_of_sample;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::labelling::Labelling;
 use crate::segment::label::relabel::{SceneLabels, best_label, relabel};
 use crate::segment::label::shares::{posterior, shares};
 use crate::segment::label::spread::spread;
-use crate::segment::prepare::candidates::K;
 use crate::segment::prepare::place::place;
 use crate::segment::prepare::scene::Scene;
 
@@ -216,32 +214,4 @@ fn the_labels_around_a_point_are_its_own_and_its_neighbours_in_every_chunk() {
         let three = i.saturating_sub(1)..(i + 2).min(scene.len());
         assert_eq!(sorted(beside.clone()), sorted(three.flat_map(own).collect()));
     }
-}
-
-#[test]
-fn neighbours_of_the_sample_are_the_nearest_of_all_of_it() {
-    let (cloud, shapes, labels) = roof(6000, 1.0);
-    let m = 1500;
-    let places: Vec<usize> = (0..m).map(|k| place(k, m, cloud.len())).collect();
-    let sample = Scene::new(places.iter().map(|&i| cloud.points[i]).collect());
-    let several: Vec<u32> = (0..6000).step_by(61).collect();
-    let near = nearest_of_sample(&cloud.points, &sample, &several, &Silent);
-    let rulers: Vec<Ruler> = shapes.iter().map(Ruler::of).collect();
-    let between = super::between::Between {
-        points: &cloud.points,
-        rulers: &rulers,
-        labels: &labels,
-        several: &several,
-        near,
-        inverse: INVERSE,
-    };
-    for &i in &several {
-        let sq = |j: &usize| (cloud.points[*j] - cloud.points[i as usize]).norm_squared();
-        let mut all = places.clone();
-        all.sort_by(|a, b| sq(a).total_cmp(&sq(b)));
-        let expected: Vec<f64> = all.iter().take(K).map(&sq).collect();
-        let found: Vec<f64> = between.neighbours(i).iter().map(|j| sq(&(*j as usize))).collect();
-        assert_eq!(found, expected);
-    }
-    assert!(between.neighbours(1).is_empty());
 }

@@ -4,30 +4,29 @@
 //! plane lies within noise of several strips of unlike heights, and costs fewer parameters than a plane for
 //! each. A plane that has the direction of another one costs its height alone.
 
+use crate::fit::constant::constants;
 use crate::fit::{Family, Shape};
 use crate::geometry::{Mat3, Vec3};
 use crate::segment::family::Families;
 use crate::segment::median::median;
+use crate::segment::objective::ACCEPT;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
-/// How many times better a plane must tell its tilt than it is asked for.
-const BETTER: f64 = 4.0;
-
-/// Description length of a face of its own beside that of its height.
-const HEIGHT: f64 = 4.0;
-
-/// How much less likely a face is that is nearly parallel to another than one that is (twice the log).
-const NEARLY: f64 = 8.0;
-
-/// Largest angle (sine) by which its direction may miss a strip's own.
-const TILT: f64 = 0.1;
-
-/// Directions that are tried, the best known ones.
-const TRIED: usize = 6;
-
-/// Points of a plane that tell how far it reaches.
-const SAMPLE: usize = 400;
+constants! {
+    /// How many times better a plane must tell its tilt than it is asked for.
+    BETTER: f64 = 4.0, Trial(4.0, 4.0);
+    /// Description length of a face of its own beside that of its height.
+    HEIGHT: f64 = 4.0, Trial(4.0, 4.0);
+    /// How much less likely a face is that is nearly parallel to another than one that is (twice the log).
+    NEARLY: f64 = 8.0, Trial(8.0, 8.0);
+    /// Largest angle (sine) by which its direction may miss a strip's own.
+    TILT: f64 = 0.1, Trial(0.1, 0.1);
+    /// Directions that are tried, the best known ones.
+    TRIED: usize = 6, Effort("directions tried");
+    /// Points of a plane that tell how far it reaches.
+    SAMPLE: usize = 400, Effort("points of one look");
+}
 
 /// Normals of a model's planes, the best known ones first.
 pub struct Directions(Vec<Direction>);
@@ -43,7 +42,7 @@ impl Directions {
     /// Those of the planes among `shapes`, whose regions are `groups`.
     pub fn of(scene: &Scene, shapes: &[Shape], groups: &[Vec<u32>]) -> Self {
         let direction = |(s, group): (&Shape, &Vec<u32>)| {
-            let known = group.len() as f64 * extents(&take(scene, group, SAMPLE))[1];
+            let known = group.len() as f64 * extents(&take(scene, group, SAMPLE.get()))[1];
             Direction { normal: s.w(), known }
         };
         let planes = shapes.iter().zip(groups).filter(|(s, _)| s.family == Family::Plane);
@@ -55,9 +54,9 @@ impl Directions {
     /// What a plane costs beside its truncated chi2 on some points: its description length, or what the cheapest
     /// plane through them costs that is parallel to one known as well as [`asked`], which it nearly is.
     pub fn length(&self, plane: &Shape, points: &[Vec3], asked: f64, families: &Families) -> f64 {
-        let free = plane.family.description_length(points.len());
+        let free = plane.family.description_length(families.worth(points.len()));
         self.plane(points, &plane.w(), asked, families).map_or(free, |(_, cost)| {
-            (free + NEARLY).min(cost - families.score(*plane, points).chi2)
+            (free + NEARLY.get()).min(cost - families.misfit(plane, points))
         })
     }
 
@@ -73,12 +72,12 @@ impl Directions {
         self.0
             .iter()
             .take_while(|d| d.known >= asked)
-            .filter(|d| d.normal.cross(normal).norm() < TILT)
-            .take(TRIED)
+            .filter(|d| d.normal.cross(normal).norm() < TILT.get())
+            .take(TRIED.get())
             .filter_map(|d| {
                 let plane = through(points, &d.normal, families.sigma)?;
-                let length = HEIGHT + (points.len() as f64).ln();
-                Some((plane, families.score(plane, points).chi2 + length))
+                let length = HEIGHT.get() + (families.worth(points.len()).max(2) as f64).ln();
+                Some((plane, families.misfit(&plane, points) + length))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
@@ -87,7 +86,7 @@ impl Directions {
 /// How well a direction must be known for `count` points, of which these are some, to say whether they lie along
 /// it. Whether a plane is one or several is asked at the directions that the whole of it can judge.
 pub fn asked(points: &[Vec3], count: usize) -> f64 {
-    BETTER * count as f64 * extents(points)[2]
+    BETTER.get() * count as f64 * extents(points)[2]
 }
 
 /// Variances of points along their principal directions, rising.
@@ -104,7 +103,7 @@ fn extents(points: &[Vec3]) -> [f64; 3] {
 fn through(points: &[Vec3], normal: &Vec3, sigma: f64) -> Option<Shape> {
     let mut heights: Vec<f64> = points.iter().map(|p| p.dot(normal)).collect();
     let median = median(&mut heights)?;
-    heights.retain(|h| (h - median).abs() < 4.0 * sigma);
+    heights.retain(|h| (h - median).abs() < ACCEPT.get() * sigma);
     let height = heights.iter().sum::<f64>() / heights.len() as f64;
     Some(Shape::with_axis(Family::Plane, normal * height, *normal, [0.0; 3]))
 }

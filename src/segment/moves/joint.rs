@@ -4,6 +4,7 @@
 //! shows it, and growth passes the joint. What gives it away is that residuals go together, by less than at a
 //! [step](super::step); and that two surfaces, each for the points on its side of some cut, cost less.
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Ruler, Shape};
@@ -12,44 +13,47 @@ use crate::segment::family::{Families, Scored};
 use crate::segment::judge::whiteness::correlation;
 use crate::segment::moves::pieces::Piece;
 use crate::segment::moves::site::Site;
+use crate::segment::objective::{ACCEPT, unassigned};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_with_normals;
 
-/// Mean correlation of neighbouring residuals beyond which a surface may stand for two.
-const SUSPECT: f64 = 0.04;
-
-/// What chance adds, times the root of the number of points.
-const CHANCE: f64 = 1.5;
-
-/// Points of a region that cuts are looked for on, and the least of each side.
-const SAMPLE: usize = 2000;
-
-const LEAST: usize = 100;
-
-/// Points of a side that its family is judged on.
-const SIDE: usize = 600;
-
-/// Rounds of fitting the sides and cutting anew.
-const ROUNDS: usize = 6;
-
-/// What two halves must save in chi2 beside one, each under a surface of the same family, for a cut to be looked for.
-const PROMISING: f64 = 40.0;
-
-/// Reduced chi2 up to which a surface explains a side.
-const EXPLAINED: f64 = 1.35;
-
-/// What two surfaces must save in BIC beside one, over their parameters.
-const STRONG: f64 = 60.0;
+constants! {
+    /// Mean correlation of neighbouring residuals beyond which a surface may stand for two.
+    SUSPECT: f64 = 0.04, Trial(0.04, 0.04);
+    /// What chance adds, times the root of the number of points.
+    CHANCE: f64 = 1.5, Trial(1.5, 1.5);
+    /// Points of a region that cuts are looked for on.
+    SAMPLE: usize = 2000, Effort("points of one fit");
+    /// The least points of each side.
+    LEAST: usize = 100, Trial(100.0, 100.0);
+    /// Points of a side that its family is judged on.
+    SIDE: usize = 600, Effort("points of one fit");
+    /// Rounds of fitting the sides and cutting anew.
+    ROUNDS: usize = 6, Effort("rounds of one cut");
+    /// What two halves must save in chi2 beside one, each under a surface of the same family, for a cut to be looked for.
+    PROMISING: f64 = 40.0, Trial(40.0, 40.0);
+    /// Reduced chi2 up to which a surface explains a side.
+    EXPLAINED: f64 = 1.35, Trial(1.35, 1.35);
+    /// What two surfaces must save in BIC beside one, over their parameters.
+    STRONG: f64 = 60.0, Trial(60.0, 60.0);
+    /// Steps of a fit to a side.
+    STEPS: usize = 12, Effort("steps of one fit");
+    /// Steps of the first fit to a half.
+    FEW_STEPS: usize = 8, Effort("steps of one fit");
+    /// Share of the points that counts as a side of few.
+    SIDE_OF_FEW: f64 = 0.25, Trial(0.25, 0.25);
+}
 
 /// Two surfaces instead of one that they explain for less, one on either side of a plane cut.
 pub fn sides(site: &Site<'_>) -> Option<Vec<Piece>> {
     let Site { scene, model, families, region, group, .. } = *site;
     let shape = site.shape();
     let inside = |j: u32| model.labels[j as usize] == region as i32;
-    let chance = CHANCE / (group.len().max(1) as f64).sqrt();
-    let suspect = group.len() >= 2 * LEAST
+    let chance = CHANCE.get() / (group.len().max(1) as f64).sqrt();
+    let suspect = group.len() >= 2 * LEAST.get()
         && shape.family.dof() > Family::Cylinder.dof()
-        && correlation(scene, shape, group, families.sigma, inside) > SUSPECT + chance;
+        && correlation(scene, shape, group, families.sigma, inside)
+            > families.common + SUSPECT.get() + chance;
     if !suspect {
         return None;
     }
@@ -79,7 +83,7 @@ struct Split {
 
 /// The cheapest split of a region across one of its principal axes, where it is worth it.
 fn split(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Option<Split> {
-    let (points, normals) = take_with_normals(scene, group, SAMPLE);
+    let (points, normals) = take_with_normals(scene, group, SAMPLE.get());
     let own = families.score(*shape, &points);
     let axes = principal_axes(&points);
     let splits = axes.into_iter().filter_map(|axis| {
@@ -90,7 +94,7 @@ fn split(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Op
         order.split(shape, families)
     });
     let (split, bic) = splits.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    (bic + STRONG < own.bic).then_some(split)
+    (bic + STRONG.get() < own.bic).then_some(split)
 }
 
 fn principal_axes(points: &[Vec3]) -> [Vec3; 3] {
@@ -125,21 +129,27 @@ impl Along {
         let mut at = n / 2;
         let chi2 = |points: &[Vec3]| Some(Self::own(points, shape, families)?.chi2);
         let (below, beyond) = self.points.split_at(at);
-        if chi2(below)? + chi2(beyond)? + PROMISING > families.score(*shape, &self.points).chi2 {
+        if chi2(below)? + chi2(beyond)? + PROMISING.get()
+            > families.score(*shape, &self.points).chi2
+        {
             return None;
         }
         let mut shapes = [self.best(0..at, shape, families)?, self.best(at..n, shape, families)?];
-        for round in 0..ROUNDS {
+        let least = LEAST.get().min((SIDE_OF_FEW.get() * n as f64) as usize);
+        for round in 0..ROUNDS.get() {
             let next = self.cut(&shapes, families.sigma);
-            if next < LEAST.min(n / 4) || next + LEAST.min(n / 4) > n {
+            if next < least || next + least > n {
                 return None;
             }
             if next == at && round > 0 {
                 break;
             }
             at = next;
-            let options =
-                Options { cauchy: Some(4.0 * families.sigma), steps: 12, tolerance: 1e-5 };
+            let options = Options {
+                cauchy: Some(ACCEPT.get() * families.sigma),
+                steps: STEPS.get(),
+                tolerance: 1e-5,
+            };
             let refit = |s: &Shape, side: &[Vec3]| Some(fit(s, side, None, &options)?.shape);
             shapes =
                 [refit(&shapes[0], &self.points[..at])?, refit(&shapes[1], &self.points[at..])?];
@@ -149,7 +159,7 @@ impl Along {
         at = self.cut(&shapes, families.sigma).clamp(1, n - 1);
         let (below, beyond) = self.points.split_at(at);
         let sides = [families.score(shapes[0], below), families.score(shapes[1], beyond)];
-        if sides.iter().any(|s| s.reduced > EXPLAINED) {
+        if sides.iter().any(|s| s.reduced > EXPLAINED.get()) {
             return None;
         }
         let bic = sides[0].bic + sides[1].bic;
@@ -159,7 +169,7 @@ impl Along {
 
     /// A surface of the same family fitted to some of the points.
     fn own(points: &[Vec3], shape: &Shape, families: &Families) -> Option<Scored> {
-        families.polish(shape, points, 8).map(|f| families.score(f.shape, points))
+        families.polish(shape, points, FEW_STEPS.get()).map(|f| families.score(f.shape, points))
     }
 
     /// The surface that explains some of the points best.
@@ -170,12 +180,13 @@ impl Along {
         families: &Families,
     ) -> Option<Shape> {
         let (points, normals) = (&self.points[range.clone()], &self.normals[range]);
-        let step = points.len().div_ceil(SIDE).max(1);
+        let step = points.len().div_ceil(SIDE.get()).max(1);
         let thin = |all: &[Vec3]| -> Vec<Vec3> { all.iter().step_by(step).copied().collect() };
         let (few, normals) = (thin(points), thin(normals));
         let all = families.each(&Patch { points: &few, normals: &normals }, &[*shape]);
-        let refit =
-            |s: Shape| families.polish(&s, points, 12).map(|f| families.score(f.shape, points));
+        let refit = |s: Shape| {
+            families.polish(&s, points, STEPS.get()).map(|f| families.score(f.shape, points))
+        };
         let best = all.into_iter().filter_map(|s| refit(s.shape));
         Some(best.min_by(|a, b| a.bic.total_cmp(&b.bic))?.shape)
     }
@@ -183,7 +194,7 @@ impl Along {
     /// How many points lie below the cut that suits two surfaces best.
     fn cut(&self, shapes: &[Shape; 2], sigma: f64) -> usize {
         let [a, b] = [0, 1].map(|k| Ruler::of(&shapes[k]));
-        let sq = |r: &Ruler, p: &Vec3| (r.distance(p) / sigma).powi(2).min(16.0);
+        let sq = |r: &Ruler, p: &Vec3| (r.distance(p) / sigma).powi(2).min(unassigned());
         let (mut sum, mut least, mut at) = (0.0, f64::INFINITY, 0);
         for (k, p) in self.points.iter().enumerate() {
             sum += sq(&a, p) - sq(&b, p);

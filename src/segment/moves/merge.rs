@@ -4,22 +4,36 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
-use crate::fit::{Family, Ruler, Shape};
+use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::moves::directions::{Directions, asked};
 use crate::segment::moves::glance::Glance;
 use crate::segment::moves::memo::{Key, Memo, Move};
 use crate::segment::moves::retype::SOUND;
-use crate::segment::objective::BORDER;
+use crate::segment::objective::{ACCEPT, BORDER};
 use crate::segment::partition::{Partition, members, retain};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
-/// Points of each region that a joint fit looks at: too few cannot tell apart two large planes a
-/// sigma from each other.
-const MERGE_SAMPLE: usize = 1500;
+constants! {
+    /// Points of each region that a joint fit looks at: too few cannot tell apart two large planes a
+    /// sigma from each other.
+    MERGE_SAMPLE: usize = 1500, Effort("points of one fit");
+    /// Points of each region that the cheap look takes.
+    LOOK: usize = 100, Effort("points of one look");
+    /// Share of the larger region's reach by which most of its points may miss the other's surface for the two to be tried
+    /// as one.
+    MISSED: f64 = 0.1, Effort("pairs that are not tried; the larger the fewer are missed");
+    /// Cosine of the angle between axes beyond which two surfaces are not one.
+    ALONG: f64 = 0.9, Effort("pairs that are not tried; the smaller the fewer are missed");
+    /// Mean truncated chi2 of the other's points beyond which a surface is no start for both.
+    MISSES: f64 = 8.0, Effort("starts that are not tried");
+    /// Steps of a joint fit.
+    STEPS: usize = 20, Effort("steps of one fit");
+}
 
 /// Joins pairs of regions whose joint fit costs less description length: pairs of one family
 /// wherever they lie, and neighbours of unlike families under either one's.
@@ -94,23 +108,21 @@ struct Pairs<'a> {
     touching: BTreeMap<(usize, usize), usize>,
     directions: Directions,
     families: &'a Families,
-    inverse: f64,
 }
 
 impl<'a> Pairs<'a> {
     fn of(scene: &'a Scene<'a>, model: &'a Partition, families: &'a Families) -> Self {
         let shapes = &model.shapes[..];
         let groups = members(&model.labels, shapes.len());
-        let samples = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE)).collect();
+        let samples = groups.iter().map(|g| take(scene, g, MERGE_SAMPLE.get())).collect();
         let touching = model.changes.borders();
         let directions = Directions::of(scene, shapes, &groups);
-        let inverse = 1.0 / (families.sigma * families.sigma);
-        Self { scene, shapes, groups, samples, touching, directions, families, inverse }
+        Self { scene, shapes, groups, samples, touching, directions, families }
     }
 
     /// Those that may be one surface: of one family wherever they lie, or neighbours.
     fn open(&self) -> Vec<(usize, usize)> {
-        let glances: Vec<Glance> = self.samples.iter().map(|s| Glance::of(s, LOOK)).collect();
+        let glances: Vec<Glance> = self.samples.iter().map(|s| Glance::of(s, LOOK.get())).collect();
         let shapes = self.shapes;
         let may_be = |a: usize, b: usize| {
             let known = !self.samples[a].is_empty() && !self.samples[b].is_empty();
@@ -130,11 +142,11 @@ impl<'a> Pairs<'a> {
     }
 
     fn cost(&self, s: &Shape, points: &[Vec3]) -> f64 {
-        Ruler::of(s).truncated(points, self.inverse, 16.0)
+        self.families.misfit(s, points)
     }
 
     fn is_sound(&self, s: &Shape, points: &[Vec3]) -> bool {
-        self.cost(s, points) <= SOUND * points.len() as f64
+        self.families.score(*s, points).chi2 <= SOUND.get() * points.len() as f64
     }
 
     /// One surface for two regions, where it costs less than theirs.
@@ -145,7 +157,7 @@ impl<'a> Pairs<'a> {
         let needed = asked(&points, groups[a].len() + groups[b].len());
         let length = |s: &Shape, p: &[Vec3]| match s.family {
             Family::Plane => self.directions.length(s, p, needed, self.families),
-            family => family.description_length(points.len()),
+            family => family.description_length(self.families.worth(points.len())),
         };
         let alone = |k: usize| {
             let (s, p) = (&self.shapes[k], &samples[k]);
@@ -153,7 +165,7 @@ impl<'a> Pairs<'a> {
         };
         let share = points.len() as f64 / (groups[a].len() + groups[b].len()) as f64;
         let edges = self.touching.get(&(a, b)).map_or(0.0, |n| *n as f64);
-        let apart = alone(a) + alone(b) + BORDER * edges * share;
+        let apart = alone(a) + alone(b) + BORDER.get() * edges * share;
         // Both halves must lie on it: a region whose own surface is poor saves nothing.
         let sound = |s: &Shape| self.is_sound(s, &samples[a]) && self.is_sound(s, &samples[b]);
         let mut best: Option<(f64, Shape)> = None;
@@ -163,11 +175,13 @@ impl<'a> Pairs<'a> {
         }
         for (s, other) in [(sa, &samples[b]), (sb, &samples[a])] {
             // A surface that misses most of the other's points is no start for both.
-            if sa.family != sb.family && self.cost(s, other) > 8.0 * other.len() as f64 {
+            if sa.family != sb.family
+                && self.families.score(*s, other).chi2 > MISSES.get() * other.len() as f64
+            {
                 continue;
             }
-            let cauchy = Some(4.0 * self.families.sigma);
-            let o = Options { cauchy, steps: 20, tolerance: 1e-4 };
+            let cauchy = Some(ACCEPT.get() * self.families.sigma);
+            let o = Options { cauchy, steps: STEPS.get(), tolerance: 1e-4 };
             let Some(f) = fit(s, &points, None, &o).filter(|f| sound(&f.shape)) else { continue };
             let c = self.cost(&f.shape, &points) + length(&f.shape, &points);
             if best.is_none_or(|b| c < b.0) {
@@ -179,21 +193,13 @@ impl<'a> Pairs<'a> {
     }
 }
 
-/// Points of each region that the cheap look takes.
-const LOOK: usize = 100;
-/// Share of the larger region's reach by which most of its points may miss the other's surface for the two to be tried
-/// as one.
-const MISSED: f64 = 0.1;
-/// Cosine of the angle between axes beyond which two surfaces are not one.
-const ALONG: f64 = 0.9;
-
 /// A cheap look before the joint fit: whether sizes and directions are near enough to try.
 fn could_be_one([a, b]: [&Shape; 2], [of_a, of_b]: [&Glance; 2]) -> bool {
     let axial = a.family != Family::Sphere && a.family != Family::Ellipsoid;
-    if axial && a.w().dot(&b.w()).abs() <= ALONG {
+    if axial && a.w().dot(&b.w()).abs() <= ALONG.get() {
         return false;
     }
-    let most = MISSED * of_a.reach.max(of_b.reach);
+    let most = MISSED.get() * of_a.reach.max(of_b.reach);
     if of_b.least_distance(a).min(of_a.least_distance(b)) >= most {
         return false;
     }

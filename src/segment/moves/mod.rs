@@ -21,6 +21,7 @@ pub mod swap;
 mod tests;
 pub mod trial;
 
+use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::moves::merge::merge;
 use crate::segment::moves::remove::remove_needless;
@@ -32,11 +33,16 @@ use crate::segment::partition::{Partition, prune};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
-/// Rounds of labels and fits that settle, and those that show what is one surface.
-const SETTLED: usize = 8;
-const FEW: usize = 2;
-/// Rounds of moves after each pass at most: each makes the description shorter, and three are mostly enough.
-const MOVES: usize = 12;
+constants! {
+    /// Rounds of labels and fits that settle.
+    SETTLED: usize = 8, Effort("rounds of labels and fits");
+    /// Those that show what is one surface.
+    FEW: usize = 2, Effort("rounds of labels and fits");
+    /// Rounds of moves after each pass at most: each makes the description shorter, and three are mostly enough.
+    MOVES: usize = 12, Effort("rounds of moves");
+    /// What labels that settle may add to the energy of a description: each is placed by its neighbours' word as well.
+    SLACK: f64 = 30.0, Trial(30.0, 30.0);
+}
 
 /// Settles labels, families and surfaces: relabelling with refits, types, merging, then moves on the
 /// total energy.
@@ -47,7 +53,7 @@ pub fn converge(
     monitor: &dyn Monitor,
 ) -> Result<(), Cancelled> {
     // What several hypotheses share is joined before labels settle among them.
-    for rounds in [FEW, SETTLED] {
+    for rounds in [FEW.get(), SETTLED.get()] {
         monitor.check()?;
         settle(scene, model, families.sigma, rounds);
         monitor.check()?;
@@ -60,7 +66,7 @@ pub fn converge(
             break;
         }
     }
-    settle(scene, model, families.sigma, SETTLED);
+    settle(scene, model, families.sigma, SETTLED.get());
     if families.policy.refine {
         improve(scene, model, families, monitor)?;
     }
@@ -68,9 +74,6 @@ pub fn converge(
     prune(model, families.policy.least);
     Ok(())
 }
-
-/// What labels that settle may add to the energy of a description: each is placed by its neighbours' word as well.
-const SLACK: f64 = 30.0;
 
 /// Moves of each kind in turn, as long as any makes the description of the scene shorter. Those of one kind that make
 /// it longer once labels have settled are taken back, and no more of it are tried.
@@ -82,7 +85,7 @@ fn improve(
 ) -> Result<(), Cancelled> {
     let mut kinds: Vec<Moves> = vec![remove_needless, swap_families, split_and_merge];
     let mut energy = model.energy(scene, families.sigma);
-    for _ in 0..MOVES {
+    for _ in 0..MOVES.get() {
         let mut gained = false;
         let mut next = Vec::with_capacity(kinds.len());
         for kind in kinds {
@@ -90,9 +93,9 @@ fn improve(
             let (shapes, labels, merges) =
                 (model.shapes.clone(), model.labels.clone(), model.merges);
             if kind(scene, model, families) > 0 {
-                settle(scene, model, families.sigma, SETTLED);
+                settle(scene, model, families.sigma, SETTLED.get());
                 let after = model.energy(scene, families.sigma);
-                if after > energy + SLACK {
+                if after > energy + SLACK.get() {
                     (model.shapes, model.labels, model.merges) = (shapes, labels, merges);
                     model.note(scene, families.sigma);
                     continue;

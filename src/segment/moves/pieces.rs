@@ -1,21 +1,21 @@
 //! The pieces of a region over which its surface turns steadily.
 
 use crate::fit::Shape;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::union::Union;
 
-/// Points of a piece that a plane is fitted to, and of one that mostly shows its curvature.
-pub const SAMPLE: usize = 1000;
-
-/// Normals of a surface at neighbouring points of one piece of it turn less than this (cosine).
-pub const SMOOTH: f64 = 0.98;
-
-/// Share of the region's points that its pieces must hold together.
-const MOST: f64 = 0.5;
-
-/// Points of a piece that tell whether it is flat.
-pub const LEAST: usize = 24;
+constants! {
+    /// Points of a piece that a plane is fitted to, and of one that mostly shows its curvature.
+    pub SAMPLE: usize = 1000, Effort("points of one fit");
+    /// Normals of a surface at neighbouring points of one piece of it turn less than this (cosine).
+    pub SMOOTH: f64 = 0.98, Trial(0.98, 0.98);
+    /// Share of the region's points that its pieces must hold together.
+    MOST: f64 = 0.5, Trial(0.5, 0.5);
+    /// Points of a piece that tell whether it is flat.
+    pub LEAST: usize = 24, Trial(24.0, 24.0);
+}
 
 /// A surface, mostly a plane, and its points.
 pub type Piece = (Shape, Vec<u32>);
@@ -23,9 +23,9 @@ pub type Piece = (Shape, Vec<u32>);
 /// The pieces of a region that are large enough to judge, where there are several and they hold most of it.
 pub fn large_pieces(scene: &Scene, shape: &Shape, group: &[u32]) -> Option<Vec<Vec<u32>>> {
     let mut pieces = smooth_pieces(scene, shape, group);
-    pieces.retain(|p| p.len() >= LEAST);
+    pieces.retain(|p| p.len() >= LEAST.get());
     let held: usize = pieces.iter().map(Vec::len).sum();
-    (pieces.len() >= 2 && held as f64 >= MOST * group.len() as f64).then_some(pieces)
+    (pieces.len() >= 2 && held as f64 >= MOST.get() * group.len() as f64).then_some(pieces)
 }
 
 /// The pieces of a region over which its surface's normal turns steadily, larger ones first.
@@ -37,7 +37,7 @@ fn smooth_pieces(scene: &Scene, shape: &Shape, group: &[u32]) -> Vec<Vec<u32>> {
         for j in scene.neighbours(i as usize) {
             // members rise
             if let Ok(other) = group.binary_search(j)
-                && normals[k].dot(&normals[other]) > SMOOTH
+                && normals[k].dot(&normals[other]) > SMOOTH.get()
             {
                 union.join(k as u32, other as u32);
             }

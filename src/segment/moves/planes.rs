@@ -5,6 +5,7 @@
 //! some connected piece of it. A tilted plane holds level strips of unlike heights in the same way: see
 //! [`directions`](super::directions).
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Shape, starts};
 use crate::geometry::Vec3;
@@ -12,21 +13,25 @@ use crate::segment::family::Families;
 use crate::segment::grow::walk::Walk;
 use crate::segment::moves::pieces::{LEAST, Piece, SAMPLE, SMOOTH, large_pieces};
 use crate::segment::moves::site::Site;
-use crate::segment::objective::DOUBT;
+use crate::segment::objective::{ACCEPT, DOUBT};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
-/// Share of them that may lie in pieces that are curved: one small cone among chamfers keeps its surface.
-const CURVED: f64 = 0.4;
-
-const LOOK: usize = 250;
+constants! {
+    /// Share of them that may lie in pieces that are curved: one small cone among chamfers keeps its surface.
+    CURVED: f64 = 0.4, Trial(0.4, 0.4);
+    /// Points around its middle that tell whether a surface is curved there.
+    LOOK: usize = 250, Effort("points of one look");
+    /// Steps of a fit.
+    pub STEPS: usize = 10, Effort("steps of one fit");
+}
 
 /// Planes instead of a curved surface that is curved in no large connected piece of its region.
 pub fn instead(site: &Site<'_>, walk: &mut Walk) -> Option<Vec<Piece>> {
     let Site { scene, model, families, group, .. } = *site;
     let shape = site.shape();
-    let suspect =
-        group.len() >= 2 * LEAST && !is_curved(scene, walk, shape, group, &model.labels, families);
+    let suspect = group.len() >= 2 * LEAST.get()
+        && !is_curved(scene, walk, shape, group, &model.labels, families);
     suspect.then(|| planes_instead(scene, shape, group, families)).flatten()
 }
 
@@ -43,16 +48,21 @@ fn is_curved(
     let middle = group[group.len() / 2];
     let own = labels[middle as usize];
     let normal = |i: usize| shape.offset(&scene.points[i]).normal;
-    let near = walk.run(scene, &[middle], LOOK, |from, to| {
-        from.is_none_or(|from| labels[to] == own && normal(from).dot(&normal(to)) > SMOOTH)
+    let near = walk.run(scene, &[middle], LOOK.get(), |from, to| {
+        from.is_none_or(|from| labels[to] == own && normal(from).dot(&normal(to)) > SMOOTH.get())
     });
-    near.len() >= LEAST
-        && gain_of_plane(shape, &take(scene, near, LOOK), families).is_some_and(|g| g.1 < -DOUBT)
+    near.len() >= LEAST.get()
+        && gain_of_plane(shape, &take(scene, near, LOOK.get()), families)
+            .is_some_and(|g| g.1 < -DOUBT.get())
 }
 
 /// The plane through some of a surface's points, and how much less it costs there in BIC.
 fn gain_of_plane(shape: &Shape, points: &[Vec3], families: &Families) -> Option<(Shape, f64)> {
-    let options = Options { cauchy: Some(4.0 * families.sigma), steps: 10, tolerance: 1e-5 };
+    let options = Options {
+        cauchy: Some(ACCEPT.get() * families.sigma),
+        steps: STEPS.get(),
+        tolerance: 1e-5,
+    };
     let plane = fit(&starts::plane(points)?, points, None, &options)?.shape;
     let own = fit(shape, points, None, &options).map_or(*shape, |f| f.shape);
     Some((plane, families.score(own, points).bic - families.score(plane, points).bic))
@@ -74,15 +84,15 @@ fn planes_instead(
         if scene.cancelled() {
             return None;
         }
-        let (plane, saved) = gain_of_plane(shape, &take(scene, &piece, SAMPLE), families)?;
-        if saved < -DOUBT {
+        let (plane, saved) = gain_of_plane(shape, &take(scene, &piece, SAMPLE.get()), families)?;
+        if saved < -DOUBT.get() {
             curved.extend(piece);
         } else {
             gain += saved;
             planes.push((plane, piece));
         }
     }
-    if planes.len() < 2 || curved.len() as f64 > CURVED * held as f64 {
+    if planes.len() < 2 || curved.len() as f64 > CURVED.get() * held as f64 {
         return None;
     }
     if !curved.is_empty() {

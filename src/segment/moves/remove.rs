@@ -1,12 +1,13 @@
 //! Taking out surfaces that others make needless.
 
+use crate::fit::constant::constants;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::moves::directions::{Directions, asked};
 use crate::segment::moves::glance::Glance;
 use crate::segment::moves::memo::{Memo, Move};
-use crate::segment::objective::{SURFACE, UNASSIGNED};
+use crate::segment::objective::{SURFACE, unassigned};
 use crate::segment::partition::{Partition, members, neighbours_of, retain};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
@@ -40,16 +41,18 @@ pub fn remove_needless(scene: &Scene, model: &mut Partition, families: &Families
         }
         let elsewhere =
             if elsewhere { explaining(scene, model, &groups[b], b, inverse) } else { Vec::new() };
-        let others = elsewhere.iter().flat_map(|&a| take(scene, &groups[a], 200));
+        let others = elsewhere.iter().flat_map(|&a| take(scene, &groups[a], SAMPLE.get()));
         let count = elsewhere.iter().map(|&a| groups[a].len()).sum::<usize>();
         let length = own_length(scene, &s, &groups[b], others, count, &directions, families);
         // A surface elsewhere must explain the region as well as its own does: what it saves is the
         // parameters alone. Beside it a region may be a fragment of the labels' making.
-        let moved =
-            [(&around[b], SURFACE), (&elsewhere, 0.0)].into_iter().find_map(|(near, saved)| {
+        let moved = [(&around[b], SURFACE.get()), (&elsewhere, 0.0)].into_iter().find_map(
+            |(near, saved)| {
                 let kept = near.iter().copied().filter(|&a| keep[a]);
-                explained_by(scene, model, &groups[b], b, kept, length + saved, inverse)
-            });
+                let saved = (length + saved) * families.repeats();
+                explained_by(scene, model, &groups[b], b, kept, saved, inverse)
+            },
+        );
         if let Some(moved) = moved {
             keep[b] = false;
             for (&i, l) in groups[b].iter().zip(moved) {
@@ -76,10 +79,10 @@ fn own_length(
     families: &Families,
 ) -> f64 {
     if s.family != Family::Plane {
-        return s.family.description_length(group.len());
+        return s.family.description_length(families.worth(group.len()));
     }
     let points = take(scene, group, usize::MAX);
-    let whole: Vec<Vec3> = take(scene, group, 200).into_iter().chain(others).collect();
+    let whole: Vec<Vec3> = take(scene, group, SAMPLE.get()).into_iter().chain(others).collect();
     let needed = asked(&whole, group.len() + count);
     directions.length(s, &points, needed, families)
 }
@@ -103,7 +106,7 @@ fn explained_by(
         let other = near
             .clone()
             .map(|a| (model.shapes[a].distance(p).powi(2) * inverse, a as i32))
-            .fold((UNASSIGNED, -1), |m, c| if c.0 < m.0 { c } else { m });
+            .fold((unassigned(), -1), |m, c| if c.0 < m.0 { c } else { m });
         rise += other.0 - own;
         moved.push(other.1);
         if rise > 0.0 && moved.len() > group.len() / 2 {
@@ -113,8 +116,12 @@ fn explained_by(
     (rise < 0.0).then_some(moved)
 }
 
-/// Points of a region that a first look takes.
-const LOOK: usize = 24;
+constants! {
+    /// Points of a region that a first look takes.
+    LOOK: usize = 24, Effort("points of one look");
+    /// Points of a region that tell whether it says a direction.
+    SAMPLE: usize = 200, Effort("points of one look");
+}
 
 /// Other regions whose surface runs through most of `b`'s points.
 fn explaining(
@@ -124,12 +131,12 @@ fn explaining(
     b: usize,
     inverse: f64,
 ) -> Vec<usize> {
-    let few = Glance::of(&take(scene, group, LOOK), LOOK);
-    let reach = (UNASSIGNED / inverse).sqrt();
+    let few = Glance::of(&take(scene, group, LOOK.get()), LOOK.get());
+    let reach = (unassigned() / inverse).sqrt();
     (0..model.shapes.len())
         .filter(|&a| {
             let s = &model.shapes[a];
-            let near = |p: &&Vec3| s.distance(p).powi(2) * inverse < UNASSIGNED;
+            let near = |p: &&Vec3| s.distance(p).powi(2) * inverse < unassigned();
             a != b
                 && few.least_distance(s) < reach
                 && few.points.iter().filter(near).count() * 2 > few.points.len()

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
@@ -26,12 +27,12 @@ pub fn retype(scene: &Scene, model: &mut Partition, families: &Families) -> usiz
             if scene.cancelled() || model.vain.is_vain(keys[l].as_ref()) {
                 return None;
             }
-            let (points, normals) = take_core(scene, labels, g, l as i32, 2000);
+            let (points, normals) = take_core(scene, labels, g, l as i32, SAMPLE.get());
             let worth = worth_trying(families, s, &points)?;
             let all = worth.each(&Patch { points: &points, normals: &normals }, &[*s]);
             let best = all.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
-            let whole = take(scene, g, 600);
-            let sound = families.score(best.shape, &whole).chi2 < SOUND * whole.len() as f64;
+            let whole = take(scene, g, WHOLE.get());
+            let sound = families.score(best.shape, &whole).chi2 < SOUND.get() * whole.len() as f64;
             (best.shape.family != s.family && sound).then_some(best.shape)
         })
         .collect();
@@ -43,7 +44,7 @@ pub fn retype(scene: &Scene, model: &mut Partition, families: &Families) -> usiz
 fn worth_trying(families: &Families, shape: &Shape, points: &[Vec3]) -> Option<Families> {
     let mut worth = families.clone();
     if families.explains(&families.score(*shape, points), points.len()) {
-        let length = |family: Family| family.description_length(points.len());
+        let length = |family: Family| family.description_length(families.worth(points.len()));
         let own = length(shape.family);
         worth.allowed.retain(|f| *f == shape.family || length(*f) < own);
         if worth.allowed.iter().all(|f| *f == shape.family) {
@@ -53,5 +54,11 @@ fn worth_trying(families: &Families, shape: &Shape, points: &[Vec3]) -> Option<F
     Some(worth)
 }
 
-/// Mean truncated chi2 above which a surface does not describe a set of points.
-pub const SOUND: f64 = 3.0;
+constants! {
+    /// Mean truncated chi2 above which a surface does not describe a set of points.
+    pub SOUND: f64 = 3.0, Trial(3.0, 3.0);
+    /// Points of a region's core that families are fitted to.
+    SAMPLE: usize = 2000, Effort("points of one fit");
+    /// Points of the whole region that the best of them must describe.
+    WHOLE: usize = 600, Effort("points of one look");
+}

@@ -4,23 +4,26 @@
 //! ellipsoid touches each along a circle, lies within noise of both and costs fewer parameters than two cones do,
 //! although between them there is nothing of it. One that is there shows its curvature in the rings.
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::moves::pieces::Piece;
+use crate::segment::moves::planes::STEPS;
 use crate::segment::moves::site::Site;
 use crate::segment::objective::{ACCEPT, DOUBT};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
-/// Points of a ring, at least, and those that fits look at.
-const LEAST: usize = 24;
-
-const SAMPLE: usize = 1000;
-
-/// Length of the mean of unit spokes from an axis below which the points go around it.
-const AROUND: f64 = 0.5;
+constants! {
+    /// Points of a ring, at least.
+    LEAST: usize = 24, Trial(24.0, 24.0);
+    /// Points of a ring that fits look at.
+    SAMPLE: usize = 1000, Effort("points of one fit");
+    /// Length of the mean of unit spokes from an axis below which the points go around it.
+    AROUND: f64 = 0.5, Trial(0.5, 0.5);
+}
 
 /// Two cones in the place of a region's torus or ellipsoid, each with its points, where these are two rings around an
 /// axis of it and cones explain them about as well: where the points hardly tell, two chamfers are likelier than a
@@ -39,7 +42,7 @@ pub fn instead(site: &Site<'_>) -> Option<Vec<Piece>> {
     axes.find_map(|k| {
         let axis = shape.frame.column(k).into_owned();
         let rings = parted(scene, shape, &axis, group)?;
-        let points = rings.each_ref().map(|r| take(scene, r, SAMPLE));
+        let points = rings.each_ref().map(|r| take(scene, r, SAMPLE.get()));
         let [a, b] = points.each_ref().map(|p| cone_instead(shape, &axis, p, families));
         let (a, b) = (a?, b?);
         let mut others: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
@@ -49,7 +52,7 @@ pub fn instead(site: &Site<'_>) -> Option<Vec<Piece>> {
             - cost(&a, &points[0])
             - cost(&b, &points[1]);
         let [first, second] = rings;
-        (gain > -DOUBT).then(|| vec![(a, first), (b, second)])
+        (gain > -DOUBT.get()).then(|| vec![(a, first), (b, second)])
     })
 }
 
@@ -57,7 +60,11 @@ pub fn instead(site: &Site<'_>) -> Option<Vec<Piece>> {
 fn cost(others: &[Ruler], shape: &Shape, points: &[Vec3], sigma: f64) -> f64 {
     let own = Ruler::of(shape);
     let nearest = |p: &Vec3| {
-        others.iter().chain([&own]).map(|r| r.distance(p).abs()).fold(ACCEPT * sigma, f64::min)
+        others
+            .iter()
+            .chain([&own])
+            .map(|r| r.distance(p).abs())
+            .fold(ACCEPT.get() * sigma, f64::min)
     };
     points.iter().map(|p| (nearest(p) / sigma).powi(2)).sum()
 }
@@ -86,7 +93,7 @@ fn parted(scene: &Scene, shape: &Shape, axis: &Vec3, group: &[u32]) -> Option<[V
         })
     };
     let rings = sides(&heights).or_else(|| sides(&radii))?;
-    rings.iter().all(|r| r.len() >= LEAST).then_some(rings)
+    rings.iter().all(|r| r.len() >= LEAST.get()).then_some(rings)
 }
 
 /// The cone through a ring of points around the axis of a surface that touches it there.
@@ -106,12 +113,16 @@ fn cone_instead(shape: &Shape, axis: &Vec3, points: &[Vec3], families: &Families
         outwards += normal.dot(&spoke) / length;
         upwards += normal.dot(axis);
     }
-    if middle.norm() > AROUND {
+    if middle.norm() > AROUND.get() {
         return None;
     }
     let size = [radius, -(upwards / outwards).atan(), 0.0];
     let start = Shape::with_axis(Family::Cone, shape.origin + axis * height, *axis, size);
-    let options = Options { cauchy: Some(4.0 * families.sigma), steps: 10, tolerance: 1e-5 };
+    let options = Options {
+        cauchy: Some(ACCEPT.get() * families.sigma),
+        steps: STEPS.get(),
+        tolerance: 1e-5,
+    };
     let cone = fit(&start, points, None, &options)?.shape;
     (!families.degenerate(&cone)).then_some(cone)
 }

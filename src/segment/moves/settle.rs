@@ -2,24 +2,30 @@
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::label::relabel::relabel;
+use crate::segment::objective::ACCEPT;
 use crate::segment::partition::{Partition, members_of};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_same;
 
-/// Points of a region that a fit looks at.
-const SAMPLE: usize = 8000;
-/// Sweeps of one relabelling.
-const SWEEPS: usize = 12;
-/// One label in so many that changes is none: a few points beside borders.
-const STILL: usize = 2000;
-/// Sigmas within which a surface that is fitted anew is the same: hardly a label depends on so little.
-const SAME: f64 = 0.02;
-/// Points that tell whether it is.
-const LOOK: usize = 64;
+constants! {
+    /// Points of a region that a fit looks at.
+    SAMPLE: usize = 8000, Effort("points of one fit");
+    /// Sweeps of one relabelling.
+    SWEEPS: usize = 12, Effort("sweeps of one relabelling");
+    /// One label in so many that changes is none: a few points beside borders.
+    STILL: usize = 2000, Effort("changes that are not followed up");
+    /// Sigmas within which a surface that is fitted anew is the same: hardly a label depends on so little.
+    SAME: f64 = 0.02, Effort("changes that are not followed up");
+    /// Points that tell whether it is.
+    LOOK: usize = 64, Effort("points of one look");
+    /// Steps of a fit.
+    STEPS: usize = 8, Effort("steps of one fit");
+}
 
 /// Relabels and refits until few labels change. What neither labels nor surfaces have changed beside since the last
 /// time is not looked at.
@@ -30,10 +36,10 @@ pub fn settle(scene: &Scene, model: &mut Partition, sigma: f64, rounds: usize) {
         }
         model.note(scene, sigma);
         let open = model.changes.take_open();
-        relabel(scene, &model.shapes, &mut model.labels, sigma, SWEEPS, &open);
+        relabel(scene, &model.shapes, &mut model.labels, sigma, SWEEPS.get(), &open);
         let turned = model.note(scene, sigma);
         refit(scene, model, sigma);
-        if turned * STILL <= scene.len() {
+        if turned * STILL.get() <= scene.len() {
             break;
         }
     }
@@ -48,8 +54,9 @@ fn refit(scene: &Scene, model: &mut Partition, sigma: f64) {
         if scene.cancelled() {
             return;
         }
-        let points = take_same(scene, g, SAMPLE);
-        let options = Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-6 };
+        let points = take_same(scene, g, SAMPLE.get());
+        let options =
+            Options { cauchy: Some(ACCEPT.get() * sigma), steps: STEPS.get(), tolerance: 1e-6 };
         if let Some(f) = fit(s, &points, None, &options)
             && is_another(s, &f.shape, &points, sigma)
         {
@@ -63,6 +70,6 @@ pub fn is_another(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
     let [a, b] = [a, b].map(Ruler::of);
     points
         .iter()
-        .step_by(points.len().div_ceil(LOOK).max(1))
-        .any(|p| (a.distance(p) - b.distance(p)).abs() > SAME * sigma)
+        .step_by(points.len().div_ceil(LOOK.get()).max(1))
+        .any(|p| (a.distance(p) - b.distance(p)).abs() > SAME.get() * sigma)
 }

@@ -20,11 +20,7 @@ fn pieces(site: &Site<'_>, walk: &mut Walk) -> Option<Vec<Piece>> {
     } else {
         rings::instead(site).or_else(|| planes::instead(site, walk))
     };
-    // A form error looks like steps, and goes together, everywhere.
-    let apart = || {
-        if site.model.form_error { None } else { step::sides(site).or_else(|| joint::sides(site)) }
-    };
-    bridge.or_else(apart)
+    bridge.or_else(|| step::sides(site)).or_else(|| joint::sides(site))
 }
 
 /// Puts several surfaces in the place of each that they explain better: planes or cones instead of what bridges them,

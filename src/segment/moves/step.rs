@@ -4,65 +4,70 @@
 //! point there lies off the surface, and one surface between the two, mostly a cone, explains nearly all. What gives
 //! it away is that residuals go together far beyond neighbours, above on one side of the step and below on the other.
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Ruler, Shape};
 use crate::segment::family::Families;
 use crate::segment::moves::pieces::Piece;
 use crate::segment::moves::site::Site;
+use crate::segment::objective::ACCEPT;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_with_normals;
 use crate::segment::union::Union;
 
-/// Points of a side of a step, at least, and the least share of the region's.
-const LEAST: usize = 100;
-
-const SHARE: f64 = 0.1;
-
-/// Share of the region's points that the two sides must hold before labels settle: a wavy surface falls into more
-/// pieces.
-const MOST: f64 = 0.6;
-
-/// A patch lies off its surface where the mean of a neighbourhood does, by so many sigmas; points of it at least.
-const PATCH: f64 = 1.0;
-
-const LEAST_PATCH: usize = 24;
-
-/// What two surfaces must save in BIC beside one.
-const STRONG: f64 = 20.0;
-
-/// Points of each side that fits look at.
-const SAMPLE: usize = 1500;
-
-/// Points of a block: enough that its mean shows a fraction of a sigma.
-const BLOCK: usize = 32;
-
-/// Spread of the blocks' means over what noise alone gives that is certainly more.
-const UNEVEN: f64 = 1.4;
-
-/// Rounds in which residuals are averaged with those of their neighbours.
-const SMOOTHING: usize = 2;
+constants! {
+    /// Points of a side of a step, at least.
+    LEAST: usize = 100, Trial(100.0, 100.0);
+    /// The least share of the region's points on a side.
+    SHARE: f64 = 0.1, Trial(0.1, 0.1);
+    /// Share of the region's points that the two sides must hold before labels settle: a wavy surface falls into more
+    /// pieces.
+    MOST: f64 = 0.6, Trial(0.6, 0.6);
+    /// A patch lies off its surface where the mean of a neighbourhood does, by so many sigmas.
+    PATCH: f64 = 1.0, Trial(1.0, 1.0);
+    /// Points of a patch, at least.
+    LEAST_PATCH: usize = 24, Trial(24.0, 24.0);
+    /// What two surfaces must save in BIC beside one.
+    STRONG: f64 = 20.0, Trial(20.0, 20.0);
+    /// Points of each side that fits look at.
+    SAMPLE: usize = 1500, Effort("points of one fit");
+    /// Points of a block: enough that its mean shows a fraction of a sigma.
+    BLOCK: usize = 32, Trial(32.0, 32.0);
+    /// Spread of the blocks' means over what noise alone gives that is certainly more.
+    UNEVEN: f64 = 1.4, Trial(1.4, 1.4);
+    /// Rounds in which residuals are averaged with those of their neighbours.
+    SMOOTHING: usize = 2, Trial(2.0, 2.0);
+    /// Residuals beyond this many sigmas count as that.
+    OUTLYING: f64 = 3.0, Trial(3.0, 3.0);
+    /// Standard deviations of that spread which chance may add.
+    CHANCE: f64 = 4.0, Trial(4.0, 4.0);
+    /// Rounds in which the middle of heights is found.
+    ROUNDS: usize = 10, Effort("rounds of a method that settles in a few");
+    /// Steps of a fit.
+    STEPS: usize = 20, Effort("steps of one fit");
+}
 
 /// Two surfaces instead of one whose residuals are of one sign on one side of a step and of the other beyond it.
 pub fn sides(site: &Site<'_>) -> Option<Vec<Piece>> {
     let Site { scene, families, group, .. } = *site;
     let shape = site.shape();
-    let uneven = group.len() >= 2 * LEAST && is_uneven(scene, shape, group, families.sigma);
+    let uneven = group.len() >= 2 * LEAST.get() && is_uneven(scene, shape, group, families.sigma);
     uneven.then(|| two_sides(scene, shape, group, families)).flatten().map(Vec::from)
 }
 
 /// Whether the mean residuals of blocks of points that lie together spread more than the noise makes them.
 fn is_uneven(scene: &Scene, shape: &Shape, group: &[u32], sigma: f64) -> bool {
     let ruler = Ruler::of(shape);
-    let limit = 3.0 * sigma;
-    let blocks = group.len() / BLOCK;
+    let limit = OUTLYING.get() * sigma;
+    let blocks = group.len() / BLOCK.get();
     let sq_mean = |block: &[u32]| {
         let distance = |i: &u32| ruler.distance(&scene.points[*i as usize]).clamp(-limit, limit);
         (block.iter().map(distance).sum::<f64>() / block.len() as f64).powi(2)
     };
-    let sum: f64 = group.chunks_exact(BLOCK).map(sq_mean).sum();
-    let spread = sum / blocks as f64 * BLOCK as f64 / (sigma * sigma);
-    spread > UNEVEN + 4.0 * (2.0 / blocks as f64).sqrt()
+    let sum: f64 = group.chunks_exact(BLOCK.get()).map(sq_mean).sum();
+    let spread = sum / blocks as f64 * BLOCK.get() as f64 / (sigma * sigma);
+    spread > UNEVEN.get() + CHANCE.get() * (2.0 / blocks as f64).sqrt()
 }
 
 /// The two sides of the step in a region, where there is one that is worth two surfaces.
@@ -83,7 +88,7 @@ fn two_sides(
     let ruler = Ruler::of(shape);
     let mut height: Vec<f64> =
         group.iter().map(|&i| ruler.distance(&scene.points[i as usize])).collect();
-    for _ in 0..SMOOTHING {
+    for _ in 0..SMOOTHING.get() {
         height = (0..n)
             .map(|k| {
                 let sum: f64 = beside[k].iter().map(|&o| height[o as usize]).sum();
@@ -96,7 +101,7 @@ fn two_sides(
     let halves = halves(&height, &beside);
     let patches = [1.0, -1.0]
         .into_iter()
-        .filter_map(|sign| patch(&height, &beside, |h| sign * h > PATCH * families.sigma));
+        .filter_map(|sign| patch(&height, &beside, |h| sign * h > PATCH.get() * families.sigma));
     halves
         .into_iter()
         .chain(patches)
@@ -112,8 +117,8 @@ fn halves(height: &[f64], beside: &[Vec<u32>]) -> Option<[Vec<u32>; 2]> {
         .partition(|set| height[set[0] as usize] > middle);
     // the largest of each come first
     let (upper, lower) = (upper.into_iter().next()?, lower.into_iter().next()?);
-    let least = LEAST.max((SHARE * n as f64) as usize);
-    let most = (upper.len() + lower.len()) as f64 >= MOST * n as f64;
+    let least = LEAST.get().max((SHARE.get() * n as f64) as usize);
+    let most = (upper.len() + lower.len()) as f64 >= MOST.get() * n as f64;
     (upper.len().min(lower.len()) >= least && most).then_some([upper, lower])
 }
 
@@ -121,7 +126,7 @@ fn halves(height: &[f64], beside: &[Vec<u32>]) -> Option<[Vec<u32>; 2]> {
 fn patch(height: &[f64], beside: &[Vec<u32>], off: impl Fn(f64) -> bool) -> Option<[Vec<u32>; 2]> {
     let sets = connected(beside, |k| off(height[k]));
     let patch = sets.into_iter().find(|set| off(height[set[0] as usize]))?;
-    if patch.len() < LEAST_PATCH {
+    if patch.len() < LEAST_PATCH.get() {
         return None;
     }
     let others = (0..height.len() as u32).filter(|k| !off(height[*k as usize])).collect();
@@ -147,22 +152,26 @@ fn judged(
     families: &Families,
 ) -> Option<[Piece; 2]> {
     let best = |side: &[u32]| {
-        let (points, normals) = take_with_normals(scene, side, SAMPLE);
+        let (points, normals) = take_with_normals(scene, side, SAMPLE.get());
         let all = families.each(&Patch { points: &points, normals: &normals }, &[*shape]);
         let best = all.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
         (!is_uneven(scene, &best.shape, side, families.sigma)).then_some((best, points))
     };
     let ((a, mut together), (b, others)) = (best(&upper)?, best(&lower)?);
     together.extend(others);
-    let options = Options { cauchy: Some(4.0 * families.sigma), steps: 20, tolerance: 1e-5 };
+    let options = Options {
+        cauchy: Some(ACCEPT.get() * families.sigma),
+        steps: STEPS.get(),
+        tolerance: 1e-5,
+    };
     let one = families.score(fit(shape, &together, None, &options)?.shape, &together);
-    (a.bic + b.bic + STRONG < one.bic).then_some([(a.shape, upper), (b.shape, lower)])
+    (a.bic + b.bic + STRONG.get() < one.bic).then_some([(a.shape, upper), (b.shape, lower)])
 }
 
 /// The value that parts the lower from the upper ones: half way between the means of the two.
 fn middle_of(values: &[f64]) -> f64 {
     let mut middle = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    for _ in 0..10 {
+    for _ in 0..ROUNDS.get() {
         let (mut sum, mut count) = ([0.0; 2], [0.0_f64; 2]);
         for v in values {
             let k = usize::from(*v > middle);

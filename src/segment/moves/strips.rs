@@ -12,11 +12,11 @@ use crate::segment::prepare::take::take;
 pub fn instead(site: &Site<'_>) -> Option<Vec<Piece>> {
     let Site { scene, families, directions, group, .. } = *site;
     let plane = site.shape();
-    if group.len() < 2 * LEAST {
+    if group.len() < 2 * LEAST.get() {
         return None;
     }
     let own = |points: &[Vec3]| families.score(*plane, points).chi2;
-    let whole = take(scene, group, SAMPLE);
+    let whole = take(scene, group, SAMPLE.get());
     let needed = asked(&whole, group.len());
     let joint = directions.plane(&whole, &plane.w(), needed, families)?.1;
     // Nothing is to be gained where the plane could be parallel to that one itself.

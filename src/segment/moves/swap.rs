@@ -5,12 +5,13 @@
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
 use crate::segment::moves::memo::{Key, Memo, Move};
-use crate::segment::moves::trial::{Place, Trial};
+use crate::segment::moves::trial::{LEAST, Place, STEPS, Trial};
 use crate::segment::partition::{Partition, members, neighbours_of, put_in};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_core;
@@ -33,7 +34,7 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
             |slot, r| {
                 let current = frozen.shapes[r];
                 let vain = frozen.vain.is_vain(keys[r].as_ref());
-                if vain || groups[r].len() < 20 || scene.cancelled() {
+                if vain || groups[r].len() < LEAST.get() || scene.cancelled() {
                     return None;
                 }
                 let found = candidates(scene, frozen, families, &groups[r], r);
@@ -43,7 +44,7 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
                 }
                 let alone = around[r].is_empty();
                 let sigma = families.sigma;
-                let place = Place::new(scene, frozen, &rulers, r, &groups[r], slot, sigma);
+                let place = Place::new(scene, frozen, &rulers, r, &groups[r], slot, families);
                 let (mut least, mut winner) = Trial::new(&place).run(&current, sigma, true);
                 for c in candidates {
                     let (e, s) = Trial::new(&place).run(&c, sigma, !alone);
@@ -69,7 +70,7 @@ fn candidates(
     group: &[u32],
     region: usize,
 ) -> Vec<Shape> {
-    let (points, normals) = take_core(scene, &model.labels, group, region as i32, FEW);
+    let (points, normals) = take_core(scene, &model.labels, group, region as i32, FEW.get());
     let current = model.shapes[region];
     let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
     let size = points.iter().map(|p| (p - centroid).norm()).fold(0.0, f64::max);
@@ -77,13 +78,16 @@ fn candidates(
     let warm: Vec<Shape> = osculating.into_iter().chain([current]).collect();
     let all = families.each(&Patch { points: &points, normals: &normals }, &warm);
     let own = families.score(current, &points);
-    let tip = osculating.map(|s| families.score(s, &points)).filter(|s| s.reduced < FAR);
+    let tip = osculating.map(|s| families.score(s, &points)).filter(|s| s.reduced < FAR.get());
     tip.into_iter()
-        .chain(all.into_iter().filter(|s| s.reduced < NEAR))
+        .chain(all.into_iter().filter(|s| s.reduced < NEAR.get()))
         .filter(|s| {
-            let boundary =
-                if is_apart(&current, &s.shape, &points, families.sigma) { BOUNDARY } else { 0.0 };
-            may_gain(&own, s, points.len(), group.len(), boundary)
+            let boundary = if is_apart(&current, &s.shape, &points, families.sigma) {
+                BOUNDARY.get()
+            } else {
+                0.0
+            };
+            may_gain(families, &own, s, points.len(), group.len(), boundary)
         })
         .map(|s| s.shape)
         .filter(|s| s.family != current.family)
@@ -91,16 +95,34 @@ fn candidates(
             // A tube far wider than the patch is no fillet and no elbow, but a plane with leaked points.
             // And of one that is a tube's the points go some way around it: a narrow strip of a cylinder
             // does not, which leaked points make look like a barrel.
-            Family::Torus => s.size[1] < 2.0 * size && tube_span(s, &points) > AROUND_TUBE,
+            Family::Torus => {
+                s.size[1] < WIDE.get() * size && tube_span(s, &points) > AROUND_TUBE.get()
+            }
             family => family.dof() <= current.family.dof() + 2,
         })
         .collect()
 }
 
-/// Points of a region's core that candidates are fitted to, and those of one with more than twice as many that they
-/// are fitted to again: chance alone lets a richer family gain on a few what counts much on all.
-const FEW: usize = 600;
-const MANY: usize = 4000;
+constants! {
+    /// Points of a region's core that candidates are fitted to.
+    FEW: usize = 600, Effort("points of one fit");
+    /// Those of one with more than twice as many that they are fitted to again: chance alone lets a richer family gain
+    /// on a few what counts much on all.
+    MANY: usize = 4000, Effort("points of one fit");
+    /// Least angle around a tube, in radians.
+    AROUND_TUBE: f64 = 0.5, Trial(0.5, 0.5);
+    /// Reduced chi2 beyond which a fitted shape is no candidate.
+    NEAR: f64 = 4.0, Effort("candidates that are not tried");
+    /// Reduced chi2 beyond which an unfitted shape is no candidate.
+    FAR: f64 = 8.0, Effort("candidates that are not tried");
+    /// What a surface may save at its region's boundary beside what its fit to the interior shows.
+    BOUNDARY: f64 = 25.0, Trial(25.0, 25.0);
+    /// Surfaces whose distances from a region's points differ by less than this many sigmas, root mean square, are the
+    /// same at its boundary too.
+    ALIKE: f64 = 0.3, Trial(0.3, 0.3);
+    /// How many times wider than the points reach the tube of a fillet or an elbow may be.
+    WIDE: f64 = 2.0, Trial(2.0, 2.0);
+}
 
 /// Those of the candidates for a large region that may still gain when they and its own surface are fitted to more of
 /// its points.
@@ -112,16 +134,16 @@ fn on_more_points(
     region: usize,
     found: Vec<Shape>,
 ) -> Vec<Shape> {
-    if found.is_empty() || group.len() < 2 * FEW {
+    if found.is_empty() || group.len() < 2 * FEW.get() {
         return found;
     }
-    let (points, _) = take_core(scene, &model.labels, group, region as i32, MANY);
+    let (points, _) = take_core(scene, &model.labels, group, region as i32, MANY.get());
     let refit = |s: &Shape| {
-        let shape = families.polish(s, &points, 8).map_or(*s, |f| f.shape);
+        let shape = families.polish(s, &points, STEPS.get()).map_or(*s, |f| f.shape);
         families.score(shape, &points)
     };
     let own = refit(&model.shapes[region]);
-    let gains = |s: &Scored| may_gain(&own, s, points.len(), group.len(), BOUNDARY);
+    let gains = |s: &Scored| may_gain(families, &own, s, points.len(), group.len(), BOUNDARY.get());
     found.iter().map(refit).filter(gains).map(|s| s.shape).collect()
 }
 
@@ -139,21 +161,6 @@ fn tube_span(torus: &Shape, points: &[Vec3]) -> f64 {
     2.0 * points.iter().map(from_middle).fold(0.0, f64::max)
 }
 
-/// Least angle around a tube, in radians.
-const AROUND_TUBE: f64 = 0.5;
-
-/// Reduced chi2 beyond which a fitted shape is no candidate, and one beyond which an unfitted one is not.
-const NEAR: f64 = 4.0;
-
-const FAR: f64 = 8.0;
-
-/// What a surface may save at its region's boundary beside what its fit to the interior shows.
-const BOUNDARY: f64 = 25.0;
-
-/// Surfaces whose distances from a region's points differ by less than this many sigmas, root mean square, are the
-/// same at its boundary too.
-const ALIKE: f64 = 0.3;
-
 /// Whether two surfaces differ visibly at some points.
 fn is_apart(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
     let [a, b] = [a, b].map(Ruler::of);
@@ -163,7 +170,7 @@ fn is_apart(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
         (a - b).abs().min((a + b).abs()).powi(2)
     };
     let sum: f64 = points.iter().map(difference).sum();
-    sum > (ALIKE * sigma).powi(2) * points.len() as f64
+    sum > (ALIKE.get() * sigma).powi(2) * points.len() as f64
 }
 
 /// Whether a candidate may cost less than a region's own surface, both scored on `m` of its `n` points, where it may
@@ -171,9 +178,17 @@ fn is_apart(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
 ///
 /// A simpler one always may: leaked points, which make it look poor, would leave. A richer one must fit the
 /// interior better by about what it costs.
-fn may_gain(own: &Scored, candidate: &Scored, m: usize, n: usize, boundary: f64) -> bool {
-    let length = |s: &Scored| s.shape.family.description_length(n);
-    let (more, share) = (length(candidate) - length(own), n as f64 / m.max(1) as f64);
+fn may_gain(
+    families: &Families,
+    own: &Scored,
+    candidate: &Scored,
+    m: usize,
+    n: usize,
+    boundary: f64,
+) -> bool {
+    let length = |s: &Scored| s.shape.family.description_length(families.worth(n));
+    let (more, share) =
+        (length(candidate) - length(own), n as f64 / m.max(1) as f64 / families.repeats());
     more < 0.0 || (own.chi2 - candidate.chi2) * share + boundary > more
 }
 

@@ -177,7 +177,7 @@ fn a_trial_costs_least_with_the_true_surface_and_leaves_no_trace() {
     let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
     let group = &members(&model.labels, 2)[1];
     let mut slot = vec![0; scene.len()];
-    let place = Place::new(&scene, &model, &rulers, 1, group, &mut slot, SIGMA);
+    let place = Place::new(&scene, &model, &rulers, 1, group, &mut slot, &families());
     let cost = |shape: &Shape, refit| Trial::new(&place).run(shape, SIGMA, refit);
     let (truth, _) = cost(&shapes[1], false);
     // The residuals of the region and of three rings around it, each by its own surface, as nothing moves but
@@ -243,12 +243,12 @@ fn muddled(seed: u64) -> (Scene<'static>, Partition) {
 fn no_round_of_moves_makes_the_description_longer() {
     for seed in 0..6 {
         let (families, (scene, mut model)) = (families(), muddled(seed));
-        settle(&scene, &mut model, families.sigma, SETTLED);
+        settle(&scene, &mut model, families.sigma, SETTLED.get());
         let mut before = model.energy(&scene, families.sigma);
         for _ in 0..3 {
             improve(&scene, &mut model, &families, &Silent).unwrap();
             let after = model.energy(&scene, families.sigma);
-            assert!(after <= before + SLACK, "{seed}: {before} {after}");
+            assert!(after <= before + SLACK.get(), "{seed}: {before} {after}");
             before = after;
         }
         let found: Vec<Family> = model.shapes.iter().map(|s| s.family).collect();

@@ -1,26 +1,34 @@
 //! A trial move: what a region's points and those around it would cost under another surface.
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
+use crate::segment::family::Families;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::labelling::Labelling;
 use crate::segment::moves::settle::is_another;
-use crate::segment::objective::{SURFACE, UNASSIGNED};
+use crate::segment::objective::{ACCEPT, SURFACE, unassigned};
 use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
 
-/// Rings of neighbours around a region that a move may relabel.
-const RINGS: usize = 3;
-
-/// Rounds of relabelling and refitting inside one trial move.
-const ROUNDS: usize = 3;
+constants! {
+    /// Rings of neighbours around a region that a move may relabel.
+    RINGS: usize = 3, Effort("points that one move may relabel");
+    /// Rounds of relabelling and refitting inside one trial move.
+    ROUNDS: usize = 3, Effort("rounds of one trial");
+    /// Sweeps of one such relabelling.
+    SWEEPS: usize = 3, Effort("sweeps of one relabelling");
+    /// Points of a region below which no other surface is tried, and that one needs to be worth its price.
+    pub LEAST: usize = 20, Trial(20.0, 20.0);
+    /// Points that a fit looks at.
+    SAMPLE: usize = 6000, Effort("points of one fit");
+    /// Steps of a fit.
+    pub STEPS: usize = 8, Effort("steps of one fit");
+}
 
 /// Points looked at between two looks at whether the work was cancelled.
 const WATCHED: usize = 512;
-
-/// Sweeps of one such relabelling.
-const SWEEPS: usize = 3;
 
 /// The region's points and the rings around it.
 fn affected(scene: &Scene, region: &[u32], slot: &mut [u32]) -> Vec<u32> {
@@ -29,7 +37,7 @@ fn affected(scene: &Scene, region: &[u32], slot: &mut [u32]) -> Vec<u32> {
         slot[i as usize] = k as u32 + 1;
     }
     let mut from = 0;
-    for _ in 0..RINGS {
+    for _ in 0..RINGS.get() {
         let to = points.len();
         for k in from..to {
             for &j in scene.neighbours(points[k] as usize) {
@@ -60,6 +68,8 @@ pub struct Place<'a> {
     /// Whether all of a point's neighbours belong to the region, as itself does.
     inside: Vec<bool>,
     inverse: f64,
+    /// How many points say the same.
+    repeats: f64,
 }
 
 impl<'a> Place<'a> {
@@ -71,8 +81,9 @@ impl<'a> Place<'a> {
         region: usize,
         group: &[u32],
         slot: &'a mut [u32],
-        sigma: f64,
+        families: &Families,
     ) -> Self {
+        let (sigma, repeats) = (families.sigma, families.repeats());
         let (labels, inverse) = (&model.labels[..], 1.0 / (sigma * sigma));
         let region = region as i32;
         let points = affected(scene, group, slot);
@@ -82,11 +93,11 @@ impl<'a> Place<'a> {
         for ((cost, p), &i) in costs.iter_mut().zip(&at).zip(&points).skip(group.len()) {
             let l = own(i);
             *cost =
-                if l < 0 { UNASSIGNED } else { rulers[l as usize].distance(p).powi(2) * inverse };
+                if l < 0 { unassigned() } else { rulers[l as usize].distance(p).powi(2) * inverse };
         }
         let inside = |&i: &u32| scene.neighbours(i as usize).iter().all(|&j| own(j) == region);
         let inside = points.iter().enumerate().map(|(k, i)| k < group.len() && inside(i)).collect();
-        Self { scene, labels, rulers, region, points, slot, at, costs, inside, inverse }
+        Self { scene, labels, rulers, region, points, slot, at, costs, inside, inverse, repeats }
     }
 
     /// Leaves `slot` as it was.
@@ -156,21 +167,23 @@ impl<'a> Trial<'a> {
     /// it has become.
     pub fn run(mut self, start: &Shape, sigma: f64, refit: bool) -> (f64, Shape) {
         let mut shape = *start;
-        for round in 0..ROUNDS {
+        for round in 0..ROUNDS.get() {
             if self.place.scene.cancelled() {
                 break;
             }
             self.relabel(&shape);
-            let last = !refit || round + 1 == ROUNDS;
+            let last = !refit || round + 1 == ROUNDS.get();
             if last {
                 break;
             }
             let own = self.own();
-            if own.len() < 20 {
+            if own.len() < LEAST.get() {
                 break;
             }
-            let thin: Vec<Vec3> = own.iter().step_by(own.len().div_ceil(6000)).copied().collect();
-            let o = Options { cauchy: Some(4.0 * sigma), steps: 8, tolerance: 1e-5 };
+            let thin: Vec<Vec3> =
+                own.iter().step_by(own.len().div_ceil(SAMPLE.get())).copied().collect();
+            let o =
+                Options { cauchy: Some(ACCEPT.get() * sigma), steps: STEPS.get(), tolerance: 1e-5 };
             match fit(&shape, &thin, None, &o) {
                 Some(f) if is_another(&shape, &f.shape, &thin, sigma) => shape = f.shape,
                 // the same labels would come of it
@@ -190,7 +203,7 @@ impl<'a> Trial<'a> {
         let ruler = Ruler::of(shape);
         ruler.distances(&self.place.at, &mut self.distances);
         self.open.fill(true);
-        for _ in 0..SWEEPS {
+        for _ in 0..SWEEPS.get() {
             let mut changed = false;
             for k in 0..self.labels.len() {
                 if k % WATCHED == 0 && self.place.scene.cancelled() {
@@ -213,7 +226,7 @@ impl<'a> Trial<'a> {
         let near = place.scene.neighbours(i);
         let best = if self.inside[k] && old == place.region {
             let sq = self.distances[k].powi(2) * place.inverse;
-            if sq <= UNASSIGNED { old } else { -1 }
+            if sq <= unassigned() { old } else { -1 }
         } else {
             Energies::near(&Tried { place, labels: &self.labels, ruler }, i as u32).best()
         };
@@ -235,10 +248,12 @@ impl<'a> Trial<'a> {
     fn energy(&self, shape: &Shape) -> f64 {
         let place = self.place;
         let count = self.labels.iter().filter(|l| **l == place.region).count();
-        let mut e = shape.family.description_length(count);
-        if count < 20 {
-            e += SURFACE;
+        let worth = (count as f64 / place.repeats) as usize;
+        let mut length = shape.family.description_length(worth);
+        if count < LEAST.get() {
+            length += SURFACE.get();
         }
+        let mut e = 0.0;
         for (k, &l) in self.labels.iter().enumerate() {
             e += if l == place.region {
                 self.distances[k].powi(2) * place.inverse
@@ -247,9 +262,9 @@ impl<'a> Trial<'a> {
             } else if l >= 0 {
                 place.rulers[l as usize].distance(&place.at[k]).powi(2) * place.inverse
             } else {
-                UNASSIGNED
+                unassigned()
             };
         }
-        e
+        e / place.repeats + length
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::SymmetricEigen;
 
+use crate::fit::constant::constants;
 use crate::geometry::{Mat3, Vec3};
 use crate::segment::prepare::candidates::K;
 
@@ -26,9 +27,11 @@ pub fn normal_of(points: &[Vec3], i: usize, neighbours: &[u32]) -> (Vec3, f32) {
     (normal, share.max(0.0) as f32)
 }
 
-/// Steps of Newton's method for the least eigenvalue: it is far from the others wherever a normal means
-/// anything, and found in three or four.
-const NEWTON: usize = 12;
+constants! {
+    /// Steps of Newton's method for the least eigenvalue: it is far from the others wherever a normal means
+    /// anything, and found in three or four.
+    NEWTON: usize = 12, Effort("steps of a method that converges in four");
+}
 
 /// Product of the differences between eigenvalues below which cross products are mostly rounding.
 const NEARLY_EQUAL: f64 = 1e-9;
@@ -43,7 +46,7 @@ fn least_direction(m: &Mat3) -> (f64, Vec3) {
         + (m[(1, 1)] * m[(2, 2)] - m[(1, 2)] * m[(1, 2)]);
     let (trace, det) = (m.trace(), m.determinant());
     let mut least = 0.0;
-    for _ in 0..NEWTON {
+    for _ in 0..NEWTON.get() {
         let value = det - least * (minors - least * (trace - least));
         let slope = minors - least * (2.0 * trace - 3.0 * least);
         let step = value / slope;

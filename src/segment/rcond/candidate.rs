@@ -1,9 +1,12 @@
 use super::{surface::FittedSurface, watched::watched};
+use crate::fit::constant::constants;
 use crate::segment::Monitor;
 use crate::segment::rcond::grow::{Grown, Pool};
 
-/// The most points a candidate is judged on.
-const JUDGED: usize = 4096;
+constants! {
+    /// The most points a candidate is judged on.
+    JUDGED: usize = 4096, Effort("points of one look");
+}
 
 /// A region grown from one seed point, its surface, and how much of the cloud supports it.
 pub struct Candidate {
@@ -39,7 +42,7 @@ impl Candidate {
 /// A mixture of two surfaces, grown from a seed near their joint, may well reach as many points
 /// as either; but its residuals fill the threshold, so it is worth less than a pure region.
 fn support(surface: &FittedSurface, pool: &Pool, threshold: f64, monitor: &dyn Monitor) -> f64 {
-    let step = pool.available().len().div_ceil(JUDGED).max(1);
+    let step = pool.available().len().div_ceil(JUDGED.get()).max(1);
     let worth = |&i: &u32| {
         let residual = surface.residual_within(pool.point(i), threshold)?;
         Some(1.0 - (residual / threshold).powi(2))

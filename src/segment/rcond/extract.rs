@@ -1,9 +1,12 @@
 use super::{candidate::Candidate, surface::FittedSurface, watched::watched};
+use crate::fit::constant::constants;
 use crate::segment::Monitor;
 use crate::segment::rcond::grow::Pool;
 
-/// After so many cycles a region that still moves is taken as it is.
-const MAX_CYCLES: usize = 50;
+constants! {
+    /// After so many cycles a region that still moves is taken as it is.
+    MAX_CYCLES: usize = 50, Effort("cycles");
+}
 
 /// The points extracted for one surface.
 pub struct Extracted {
@@ -36,7 +39,7 @@ pub fn extract(
     };
     extracted.members.sort_unstable();
     let mut inside = vec![false; pool.len()];
-    while extracted.cycles.len() < MAX_CYCLES && !monitor.cancelled() {
+    while extracted.cycles.len() < MAX_CYCLES.get() && !monitor.cancelled() {
         let surface = &extracted.surface;
         let members: Vec<u32> = accepted(pool, surface, threshold, monitor).collect();
         if members == extracted.members {

@@ -1,14 +1,17 @@
 use super::{found::Found, surface::FittedSurface, watched::watched};
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
 
-/// The share of each region's points that must lie on the joint surface. The seed asks for all;
-/// a few leaked over a joint by the extraction must not keep two halves apart.
-const ON_JOINT_SURFACE: f64 = 0.95;
+constants! {
+    /// The share of each region's points that must lie on the joint surface. The seed asks for all;
+    /// a few leaked over a joint by the extraction must not keep two halves apart.
+    ON_JOINT_SURFACE: f64 = 0.95, Trial(0.95, 0.95);
+}
 
 /// The seed's merging of over-segmented regions (section 3.2): two regions whose joint surface takes the
 /// points of both become one. Pairs are tried until none merges; the earlier region stays.
-pub fn merge(found: &mut Found, points: &[Vec3], threshold: f64, monitor: &dyn Monitor) {
+pub(super) fn merge(found: &mut Found, points: &[Vec3], threshold: f64, monitor: &dyn Monitor) {
     let mut members = found.members(points);
     let mut first = 0;
     while first < found.surfaces.len() && !monitor.cancelled() {
@@ -48,7 +51,7 @@ fn joint(
     let on_it = |points: &Vec<Vec3>| {
         let points_on = watched(points.iter(), monitor);
         let near = points_on.filter_map(|p| surface.residual_within(p, threshold)).count();
-        near as f64 >= ON_JOINT_SURFACE * points.len() as f64
+        near as f64 >= ON_JOINT_SURFACE.get() * points.len() as f64
     };
     (surface.mean_sq_residual() <= threshold * threshold && points.into_iter().all(on_it))
         .then_some(surface)

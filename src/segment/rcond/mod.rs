@@ -1,13 +1,13 @@
 //! The seed's method: Figure 1, step by step.
 
-mod candidate;
-mod extract;
+pub mod candidate;
+pub mod extract;
 mod found;
 pub mod grow;
-mod merge;
-mod refine;
+pub mod merge;
+pub mod refine;
 mod report;
-mod surface;
+pub mod surface;
 #[cfg(test)]
 mod tests;
 mod watched;
@@ -21,18 +21,21 @@ use report::report;
 
 use super::random::SplitMix64;
 use super::{Monitor, Parameters, SegmentError, Segmentation, Stage};
+use crate::fit::constant::constants;
 use crate::geometry::{Frame, PointCloud, Tolerance, Vec3, recover};
 use crate::segment::rcond::grow::{Growth, Pool, RcondBelow};
 
-/// How many seed points compete for each region. The seed draws one, and asks in its last sentence what
-/// to do when it lies badly.
-const COMPETITORS: usize = 8;
-/// They stop early once they have grown this many times the points there are: what they could tell
-/// apart they have.
-const MOST_GROWN: usize = 2;
-/// Largest mean square residual of a region over the threshold's square: an even spread has 1/3, noise
-/// of half the threshold 1/5.
-const FULLEST: f64 = 0.25;
+constants! {
+    /// How many seed points compete for each region. The seed draws one, and asks in its last sentence what
+    /// to do when it lies badly.
+    COMPETITORS: usize = 8, Effort("seeds that compete");
+    /// They stop early once they have grown this many times the points there are: what they could tell
+    /// apart they have.
+    MOST_GROWN: usize = 2, Effort("points grown over");
+    /// Largest mean square residual of a region over the threshold's square: an even spread has 1/3, noise
+    /// of half the threshold 1/5.
+    FULLEST: f64 = 0.25, Trial(0.25, 0.25);
+}
 
 /// The whole method.
 ///
@@ -112,7 +115,7 @@ fn compete(
     monitor: &dyn Monitor,
 ) -> (usize, Option<Candidate>) {
     let (mut seeds, mut grown, mut best) = (0, 0, None::<Candidate>);
-    while seeds < COMPETITORS && grown <= MOST_GROWN * pool.available().len() {
+    while seeds < COMPETITORS.get() && grown <= MOST_GROWN.get() * pool.available().len() {
         let Some(&seed) = random.pick(pool.available()) else { break };
         seeds += 1;
         let region = growth.grow(pool, seed, &|| monitor.cancelled());
@@ -141,6 +144,6 @@ fn extract_region(
     let surface = &extracted.surface;
     let real = recover(&surface.quadric, &surface.frame, Tolerance::default()).is_some();
     let threshold = parameters.algebraic_threshold;
-    let fits = surface.mean_sq_residual() <= FULLEST * threshold * threshold;
+    let fits = surface.mean_sq_residual() <= FULLEST.get() * threshold * threshold;
     (real && fits && extracted.members.len() >= parameters.min_points).then_some(extracted)
 }

@@ -1,17 +1,20 @@
 use rayon::prelude::*;
 
 use super::{found::Found, surface::FittedSurface, watched::watched};
+use crate::fit::constant::constants;
 use crate::geometry::{Quadric, Vec3};
 use crate::segment::{Monitor, Parameters};
 
 /// Points labelled between two looks at whether the work was cancelled; there may be thousands of surfaces.
 const WATCHED: usize = 64;
-/// After so many rounds labels that still change are taken as they are.
-const MAX_ROUNDS: usize = 20;
-/// Labels are settled when at most one point in this many changes.
-const SETTLED: usize = 1000;
-/// How far beyond its extracted points, as a share of their extent, a region may gain points.
-const REACH: f64 = 0.1;
+constants! {
+    /// After so many rounds labels that still change are taken as they are.
+    MAX_ROUNDS: usize = 20, Effort("rounds of labels and fits");
+    /// Labels are settled when at most one point in this many changes.
+    SETTLED: usize = 1000, Effort("changes that are not followed up");
+    /// How far beyond its extracted points, as a share of their extent, a region may gain points.
+    REACH: f64 = 0.1, Trial(0.1, 0.1);
+}
 
 /// Settles the points that several surfaces accept. Extraction gives them to whichever region came
 /// first, so the first region of two that join smoothly reaches over the joint, by far more
@@ -20,8 +23,13 @@ const REACH: f64 = 0.1;
 /// Each point goes to the nearest of the surfaces that accept it (|x.a| <= t), the surfaces are
 /// fitted anew, and so on until next to no label changes. Regions left with fewer than `min_points` are
 /// dropped and their points settled again.
-pub fn refine(found: &mut Found, points: &[Vec3], parameters: &Parameters, monitor: &dyn Monitor) {
-    for _ in 0..MAX_ROUNDS {
+pub(super) fn refine(
+    found: &mut Found,
+    points: &[Vec3],
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) {
+    for _ in 0..MAX_ROUNDS.get() {
         let labels = nearest_surfaces(found, points, parameters.algebraic_threshold, monitor);
         if monitor.cancelled() {
             return;
@@ -29,7 +37,7 @@ pub fn refine(found: &mut Found, points: &[Vec3], parameters: &Parameters, monit
         let changed = labels.iter().zip(&found.labels).filter(|(new, old)| new != old).count();
         found.labels = labels;
         let dropped = refit(found, points, parameters.min_points, monitor);
-        if changed * SETTLED <= points.len() && !dropped {
+        if changed * SETTLED.get() <= points.len() && !dropped {
             break;
         }
     }
@@ -47,7 +55,7 @@ impl Reach {
     fn of(surface: &FittedSurface, points: &[Vec3]) -> Self {
         let min = points.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let max = points.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
-        let margin = Vec3::repeat(REACH * (max - min).norm());
+        let margin = Vec3::repeat(REACH.get() * (max - min).norm());
         let local = surface.frame.local_quadric(&surface.quadric);
         Self { min: min - margin, max: max + margin, surface: *surface, local }
     }

@@ -1,9 +1,12 @@
+use crate::fit::constant::constants;
 use crate::fit::{Scatter, direct_fit_through, taubin_fit};
 use crate::geometry::{Frame, Quadric, Vec3};
 
-/// The direct fit stands while it leaves the points at most this far, mean square, against the best
-/// quadric there is.
-const DIRECT_FIT_STANDS: f64 = 1.2;
+constants! {
+    /// The direct fit stands while it leaves the points at most this far, mean square, against the best
+    /// quadric there is.
+    DIRECT_FIT_STANDS: f64 = 1.2, Trial(1.2, 1.2);
+}
 
 /// A surface fitted to points, with what its next fit needs.
 ///
@@ -87,7 +90,7 @@ impl FittedSurface {
 fn best_fit(scatter: &Scatter, [first, second]: [Vec3; 2]) -> Option<Quadric> {
     let (direct, free) = (direct_fit_through(scatter, &first, &second), taubin_fit(scatter));
     let (Some(direct), Some(free)) = (direct, free) else { return direct.or(free) };
-    let stands =
-        scatter.mean_sq_distance(&direct) <= DIRECT_FIT_STANDS * scatter.mean_sq_distance(&free);
+    let stands = scatter.mean_sq_distance(&direct)
+        <= DIRECT_FIT_STANDS.get() * scatter.mean_sq_distance(&free);
     Some(if stands { direct } else { free })
 }

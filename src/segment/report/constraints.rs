@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
 use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
@@ -26,16 +27,18 @@ pub struct Candidate {
     pub rejected: usize,
 }
 
-/// A region's residuals may have a root mean square of this many times the noise that the caller gave.
-const MOST_NOISE: f64 = 2.0;
+constants! {
+    /// A region's residuals may have a root mean square of this many times the noise that the caller gave.
+    MOST_NOISE: f64 = 2.0, Trial(2.0, 2.0);
+}
 
 /// Largest root mean square that the residuals of a reported region may have: twice the noise that the caller
 /// gave, or half the tolerance where one was given that allows more; infinite where no noise was given.
 ///
 /// `rounding` is that of single precision: less than that no caller can mean, and the method reckons with none.
 pub fn most_rms(given: &Parameters, rounding: f64) -> f64 {
-    let allowed = given.tolerance.map_or(rounding, |t| rounding.max(t / ACCEPT));
-    given.noise_sigma.map_or(f64::INFINITY, |noise| MOST_NOISE * noise.max(allowed))
+    let allowed = given.tolerance.map_or(rounding, |t| rounding.max(t / ACCEPT.get()));
+    given.noise_sigma.map_or(f64::INFINITY, |noise| MOST_NOISE.get() * noise.max(allowed))
 }
 
 /// Surfaces that meet every constraint, in the given order (pieces of one surface at its place), and

@@ -1,13 +1,16 @@
 //! Why a region has its type: the next best one and how much worse it is.
 
+use crate::fit::constant::constants;
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, Policy};
 use crate::segment::{Evidence, Parameters};
 
-/// Points of a region that are worth fitting other families to.
-pub const SAMPLE: usize = 400;
+constants! {
+    /// Points of a region that are worth fitting other families to.
+    pub SAMPLE: usize = 400, Effort("points of one fit");
+}
 
 /// The runner-up among the reported types and its margin, on a few `points` of the region, whose
 /// distances from `shape` scatter by `sigma`.
@@ -20,6 +23,7 @@ pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> 
     let normals: Vec<Vec3> = points.iter().map(|p| shape.offset(p).normal).collect();
     let others = Family::ALL.into_iter().filter(|f| *f != shape.family);
     let families = Families {
+        common: 0.0,
         allowed: others.collect(),
         sigma,
         floor: 0.0,
@@ -52,7 +56,7 @@ mod tests {
             let (turn, r) = (random.uniform(0.0, angle), 5.0 + 0.01 * random.normal());
             Vec3::new(r * turn.cos(), random.uniform(-5.0, 5.0), r * turn.sin())
         };
-        (0..SAMPLE).map(|_| point()).collect()
+        (0..SAMPLE.get()).map(|_| point()).collect()
     }
 
     #[test]
@@ -64,7 +68,7 @@ mod tests {
             let next = Family::ALL.into_iter().find(is_next).unwrap();
             assert!(next.dof() > shape.family.dof(), "{found:?}");
             // Each parameter more gains one on average.
-            let longer = [next, shape.family].map(|f| f.description_length(SAMPLE));
+            let longer = [next, shape.family].map(|f| f.description_length(SAMPLE.get()));
             let gain = longer[0] - longer[1] - found.delta_bic;
             assert!((-0.1..8.0).contains(&gain), "{found:?} {gain}");
         }

@@ -1,5 +1,6 @@
 //! Where regions touch, how their surfaces meet there, and how exactly the boundary can be placed.
 
+use crate::fit::constant::constants;
 use crate::segment::report::known::Joint;
 use std::collections::BTreeMap;
 
@@ -11,14 +12,14 @@ use crate::segment::Continuity;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::report::known::Known;
 
-/// Border places of one joint that are looked at; of more, every n-th.
-const SAMPLE: usize = 200;
-
-/// A joint has at least this many neighbouring pairs of points across it.
-const LEAST_PAIRS: usize = 4;
-
-/// Deviations that are believed, in standard deviations.
-const SURE: f64 = 3.0;
+constants! {
+    /// Border places of one joint that are looked at; of more, every n-th.
+    SAMPLE: usize = 200, Effort("places looked at");
+    /// A joint has at least this many neighbouring pairs of points across it.
+    LEAST_PAIRS: usize = 4, Trial(4.0, 4.0);
+    /// Deviations that are believed, in standard deviations.
+    SURE: f64 = 3.0, Derived("three standard deviations: chance exceeds them once in 370");
+}
 
 /// What a joint is judged by.
 pub struct Scale {
@@ -75,7 +76,7 @@ struct Border<'a> {
 impl Border<'_> {
     /// Class and resolution of the joint; `None` where the surfaces do not meet at the border.
     fn judge(&self, a: &Known, b: &Known) -> Option<(Continuity, f64)> {
-        let stride = self.pairs.len().div_ceil(SAMPLE).max(1);
+        let stride = self.pairs.len().div_ceil(SAMPLE.get()).max(1);
         let looked_at = self.pairs.len().div_ceil(stride);
         let meetings: Vec<Meeting> = self
             .pairs
@@ -83,7 +84,7 @@ impl Border<'_> {
             .step_by(stride)
             .filter_map(|&pair| self.meeting(&a.shape, &b.shape, pair))
             .collect();
-        if self.pairs.len() < LEAST_PAIRS || meetings.len() * 3 < looked_at {
+        if self.pairs.len() < LEAST_PAIRS.get() || meetings.len() * 3 < looked_at {
             return None;
         }
         let angle = median(meetings.iter().map(|m| m.angle));
@@ -92,10 +93,10 @@ impl Border<'_> {
         let middle = meetings[meetings.len() / 2].place;
         let tilt = tilt(a, &middle).hypot(tilt(b, &middle));
         // Next to a smooth joint the normals part by bend times the distance from it.
-        if angle <= (SURE * tilt).hypot(bend * smooth) {
+        if angle <= (SURE.get() * tilt).hypot(bend * smooth) {
             Some((Continuity::G1, smooth))
         } else {
-            let edge = SURE * self.scale.sigma / angle.sin();
+            let edge = SURE.get() * self.scale.sigma / angle.sin();
             Some((Continuity::G0, edge.hypot(self.spacing()).min(smooth.max(self.spacing()))))
         }
     }
@@ -118,7 +119,8 @@ impl Border<'_> {
         let length = share * places.len() as f64 * self.scene.spacing / 3.0;
         // The fourth neighbour stands at the radius of a disc with four points.
         let density = 4.0 / (std::f64::consts::PI * spacing * spacing);
-        let t = 6.0 * SURE * self.scale.sigma / (bend * (density * length).sqrt()).max(1e-300);
+        let t =
+            6.0 * SURE.get() * self.scale.sigma / (bend * (density * length).sqrt()).max(1e-300);
         t.powf(0.4).min(length.max(spacing)).max(spacing)
     }
 
@@ -127,7 +129,7 @@ impl Border<'_> {
         let [p, q] = pair.map(|i| self.scene.points[i as usize]);
         let reach = (p - q).norm() + self.scene.spacing;
         let middle = (p + q) / 2.0;
-        let limit = SURE * self.scale.sigma;
+        let limit = SURE.get() * self.scale.sigma;
         let tangent = a.distance(&q).abs() < limit && b.distance(&p).abs() < limit;
         let crossing = crossing(a, b, &middle, reach).filter(|x| (x - middle).norm() <= reach);
         let place = crossing.or(tangent.then_some(middle))?;

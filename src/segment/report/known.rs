@@ -2,12 +2,13 @@
 
 use serde_json::Value;
 
-use crate::fit::Shape;
+use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Continuity;
 use crate::segment::dimensions::Dimensions;
 use crate::segment::equation::{Equations, origin_near};
 use crate::segment::found::Found;
+use crate::segment::median::deviation;
 use crate::segment::report::constraints::Candidate;
 use crate::segment::report::evidence::evidence;
 use crate::segment::report::tally::{Tally, sample};
@@ -48,11 +49,12 @@ impl Known {
         // The points' scatter about their surface tells its form error too.
         let freedom = members.len().saturating_sub(shape.family.dof()).max(1) as f64;
         let sigma = found.noise.max(fit.rms * (members.len() as f64 / freedom).sqrt());
-        let stride = members.len().div_ceil(uncertainty::SAMPLE).max(1);
+        let stride = members.len().div_ceil(uncertainty::SAMPLE.get()).max(1);
         let some: Vec<Vec3> =
             members.iter().step_by(stride).map(|&i| found.points[i as usize]).collect();
         let share = members.len() as f64 / some.len() as f64;
-        let few = sample(&found.points, members, evidence::SAMPLE);
+        let fit = Fit { noise: noise(&shape, &some), ..fit };
+        let few = sample(&found.points, members, evidence::SAMPLE.get());
         let extent = tally.extent(&found.centre);
         Some(Self {
             uncertainty: Uncertainty::of(&shape, &some, share, sigma),
@@ -90,6 +92,15 @@ impl Known {
             neighbours: joints.iter().filter_map(|j| neighbour(j, id)).collect(),
         })
     }
+}
+
+/// The noise that points about a surface show: most of them, whatever a few outliers do. What the fit took is counted in.
+fn noise(shape: &Shape, points: &[Vec3]) -> f64 {
+    let ruler = Ruler::of(shape);
+    let n = points.len();
+    let freedom = n.saturating_sub(shape.family.dof()).max(1) as f64;
+    let scatter = deviation(points.iter().map(|p| ruler.distance(p))).unwrap_or(0.0);
+    scatter * (n as f64 / freedom).sqrt()
 }
 
 /// The equations of a shape relative to the cloud's centre. The one about an origin near the points comes from the

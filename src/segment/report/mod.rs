@@ -9,14 +9,15 @@ pub mod known;
 pub mod motion;
 pub mod pieces;
 pub mod reasons;
+pub mod sampling;
 pub mod tally;
 pub mod uncertainty;
-
 use crate::segment::report::tally::CHUNK;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use crate::fit::constant::constants;
 use crate::fit::{Family, Shape};
 use crate::geometry::{SurfaceType, Vec3};
 use crate::segment::equation::Equations;
@@ -24,15 +25,17 @@ use crate::segment::finish::others;
 use crate::segment::finish::others::{Other, asked_for};
 use crate::segment::found::Found;
 use crate::segment::judge::one_quadric::one_quadric;
+use crate::segment::median::deviation;
 use crate::segment::partition::members;
 use crate::segment::prepare::place::place;
+use crate::segment::prepare::sampling::sampled;
 use crate::segment::report::constraints::{Candidate, enforce, most_rms};
 use crate::segment::report::joints::{Scale, joints};
 use crate::segment::report::known::Known;
 use crate::segment::report::reasons::{Reason, explain};
 use crate::segment::report::tally::{Scatter, extent_of, sample, tallies};
 use crate::segment::{
-    Cancelled, Dimensions, Monitor, Parameters, Region, Segmentation, Unassigned,
+    Cancelled, Dimensions, Fit, Monitor, Parameters, Region, Segmentation, Unassigned,
 };
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
@@ -64,9 +67,14 @@ pub fn report(
         }
         free.retain(|&i| labels[i as usize] < 0);
     }
-    let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
-    for (reason, n) in explain(&left, spacing, parameters.min_points, monitor) {
-        *reasons.entry(reason).or_insert(0) += n;
+    // Tori, which are not reported, were found nevertheless.
+    let found_out = |i: &u32| !found.scene.work.is_left() || found.labels[*i as usize] >= 0;
+    let (seen, unseen): (Vec<u32>, Vec<u32>) = free.iter().partition(|i| found_out(i));
+    for (free, examined) in [(seen, true), (unseen, false)] {
+        let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
+        for (reason, n) in explain(&left, spacing, parameters.min_points, examined, monitor) {
+            *reasons.entry(reason).or_insert(0) += n;
+        }
     }
     monitor.check()?;
     let tallies = tallies(points, &labels, &kept, monitor);
@@ -90,7 +98,11 @@ pub fn report(
     let mut regions: Vec<Region> = first.chain(further).collect();
     let labels = in_cloud_order(&labels, &found.places);
     count_points(&mut regions, &labels);
+    let sampled = sampled(points);
+    monitor.check()?;
     Ok(Segmentation {
+        sampling: Some(sampling::told(&sampled)),
+        warnings: sampling::warnings(&sampled, found.noise),
         regions,
         unassigned: unassigned(&labels, reasons),
         labels,
@@ -134,13 +146,15 @@ fn candidates(found: &Found, free_tori: bool) -> (Vec<Candidate>, Vec<u32>) {
     (out, free)
 }
 
-/// Points of a torus that are worth asking whether another quadric explains them.
-const ASKED: usize = 2_000;
+constants! {
+    /// Points of a torus that are worth asking whether another quadric explains them.
+    ASKED: usize = 2_000, Effort("points looked at");
+}
 
 /// Whether one quadric of any type explains a torus's points within the noise and saves more than its two
 /// parameters more cost: the waist of a hyperboloid is like the inner half of a torus.
 fn is_other_quadric(torus: &Shape, members: &[u32], found: &Found) -> bool {
-    let points = sample(&found.points, members, ASKED);
+    let points = sample(&found.points, members, ASKED.get());
     let Some(quadric) = one_quadric(&points, found.noise) else { return false };
     let chi2 = |distance: &dyn Fn(&Vec3) -> f64| -> f64 {
         let inverse = 1.0 / found.noise.powi(2);
@@ -157,6 +171,7 @@ fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
     let points: Vec<Vec3> = other.members.iter().map(|&i| found.points[i as usize]).collect();
     let mut scatter = Scatter::default();
     points.iter().for_each(|p| scatter.add(other.quadric.distance(p)));
+    let noise = deviation(points.iter().map(|p| other.quadric.distance(p))).unwrap_or(0.0);
     let (centre, extent) = (found.centre, extent_of(&points, &found.centre)?);
     let far = other.quadric.moved_to(&-centre);
     let local = |o: &Vec3| other.quadric.moved_to(&(o - centre));
@@ -173,7 +188,7 @@ fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
         surface: None,
         dimensions: Dimensions::default(),
         uncertainty: None,
-        fit: scatter.fit(points.len(), 0),
+        fit: Fit { noise, ..scatter.fit(points.len(), 0) },
         evidence: None,
         extent: Some(extent),
         neighbours: Vec::new(),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
 use crate::segment::prepare::candidates::K;
@@ -9,14 +10,14 @@ use crate::segment::prepare::noise::VOLUME;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::union::Union;
 
-/// Points looked at; with more, every n-th stands for the rest.
-const SAMPLE: usize = 50_000;
-
-/// Unassigned points further apart than this many spacings do not hang together.
-const REACH: f64 = 2.5;
-
-/// Fewer points than this in one place are isolated.
-const ISOLATED: usize = 10;
+constants! {
+    /// Points looked at; with more, every n-th stands for the rest.
+    SAMPLE: usize = 50_000, Effort("points looked at");
+    /// Unassigned points further apart than this many spacings do not hang together.
+    REACH: f64 = 2.5, Trial(2.5, 2.5);
+    /// Fewer points than this in one place are isolated.
+    ISOLATED: usize = 10, Trial(10.0, 10.0);
+}
 
 /// Why a point has no region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -27,6 +28,8 @@ pub enum Reason {
     TooSmall,
     /// Its surface is a torus, a freeform or a quadric that was not asked for.
     NoQuadric,
+    /// What its surface is was not looked at to the end: the work on the cloud had come to its bound.
+    NotExamined,
     /// Its region is not among the `max_regions` largest.
     OverMaxRegions,
     /// A further copy of a point that another reason counts.
@@ -40,6 +43,7 @@ impl Reason {
             Self::Outlier => "outlier",
             Self::TooSmall => "too_small",
             Self::NoQuadric => "no_quadric",
+            Self::NotExamined => "not_examined",
             Self::OverMaxRegions => "over_max_regions",
             Self::Duplicate => "duplicate",
         }
@@ -50,16 +54,18 @@ impl Reason {
 /// smallest region's.
 ///
 /// Points hang together within 2.5 spacings. A group of fewer than ten, or one that fills a volume, is
-/// outliers; one below `min_points` is too small a patch; any other is a surface that is no quadric.
+/// outliers; one below `min_points` is too small a patch; any other is a surface that is no quadric or, where not
+/// everything was `examined`, may be any.
 /// Of more than 50 000 points the counts are estimated from a sample.
 pub fn explain(
     points: &[Vec3],
     spacing: f64,
     min_points: usize,
+    examined: bool,
     monitor: &dyn Monitor,
 ) -> BTreeMap<Reason, usize> {
     let mut counts = BTreeMap::new();
-    let stride = points.len().div_ceil(SAMPLE).max(1);
+    let stride = points.len().div_ceil(SAMPLE.get()).max(1);
     let sample: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
     if sample.len() <= K {
         *counts.entry(Reason::Outlier).or_insert(0) += points.len();
@@ -68,11 +74,14 @@ pub fn explain(
     let (m, n) = (sample.len(), points.len());
     let Ok(scene) = Scene::watched(sample, monitor) else { return counts };
     let mut seen = 0;
-    for group in groups(&scene, REACH * spacing * (stride as f64).sqrt()) {
+    for group in groups(&scene, REACH.get() * spacing * (stride as f64).sqrt()) {
         if scene.cancelled() {
             break;
         }
-        let reason = judge(&scene, &group, group.len() * stride, min_points);
+        let reason = match judge(&scene, &group, group.len() * stride, min_points) {
+            Reason::NoQuadric if !examined => Reason::NotExamined,
+            reason => reason,
+        };
         // Shares are cut from one running total, so that they add up to n.
         let (from, to) = (seen * n / m, (seen + group.len()) * n / m);
         seen += group.len();
@@ -95,7 +104,8 @@ fn groups(scene: &Scene, reach: f64) -> Vec<Vec<u32>> {
 }
 
 fn judge(scene: &Scene, group: &[u32], size: usize, min_points: usize) -> Reason {
-    if size < ISOLATED || scene.median_roughness(group.iter().copied()) > VOLUME {
+    if size < ISOLATED.get() || scene.median_roughness(group.iter().copied()) > VOLUME.get() as f32
+    {
         Reason::Outlier
     } else if size < min_points {
         Reason::TooSmall
@@ -128,8 +138,12 @@ mod tests {
         let mut points = sheet(0.0, 20);
         points.extend(sheet(100.0, 5));
         points.extend((0..7).map(|k| Vec3::new(300.0 + 50.0 * f64::from(k), 0.0, 9.0)));
-        let counts = explain(&points, 1.0, 50, &Silent);
+        let counts = explain(&points, 1.0, 50, true, &Silent);
         let expected = [(Reason::Outlier, 7), (Reason::TooSmall, 25), (Reason::NoQuadric, 400)];
+        assert_eq!(counts, expected.into());
+        // Of sheets that were not looked at nobody knows.
+        let counts = explain(&points, 1.0, 50, false, &Silent);
+        let expected = [(Reason::Outlier, 7), (Reason::TooSmall, 25), (Reason::NotExamined, 400)];
         assert_eq!(counts, expected.into());
     }
 
@@ -138,17 +152,17 @@ mod tests {
         let mut random = SplitMix64::new(1);
         let mut u = || 10.0 * uniform(&mut random);
         let points: Vec<Vec3> = (0..1000).map(|_| Vec3::new(u(), u(), u())).collect();
-        assert_eq!(explain(&points, 1.0, 50, &Silent), [(Reason::Outlier, 1000)].into());
+        assert_eq!(explain(&points, 1.0, 50, true, &Silent), [(Reason::Outlier, 1000)].into());
     }
 
     #[test]
     fn counts_add_up_for_more_points_than_are_looked_at() {
-        for n in [SAMPLE + 1, 3 * SAMPLE - 7] {
+        for n in [SAMPLE.get() + 1, 3 * SAMPLE.get() - 7] {
             let mut random = SplitMix64::new(2);
             let side = (n as f64).sqrt();
             let mut u = || side * uniform(&mut random);
             let points: Vec<Vec3> = (0..n).map(|_| Vec3::new(u(), u(), 0.0)).collect();
-            let counts = explain(&points, 1.0, 50, &Silent);
+            let counts = explain(&points, 1.0, 50, true, &Silent);
             assert_eq!(counts.values().sum::<usize>(), n);
             assert!(counts[&Reason::NoQuadric] > n * 9 / 10, "{counts:?}");
         }
@@ -156,7 +170,10 @@ mod tests {
 
     #[test]
     fn a_handful_of_points_are_outliers_and_none_have_no_reason() {
-        assert_eq!(explain(&[Vec3::zeros(); 3], 1.0, 50, &Silent), [(Reason::Outlier, 3)].into());
-        assert_eq!(explain(&[], 1.0, 50, &Silent).values().sum::<usize>(), 0);
+        assert_eq!(
+            explain(&[Vec3::zeros(); 3], 1.0, 50, true, &Silent),
+            [(Reason::Outlier, 3)].into()
+        );
+        assert_eq!(explain(&[], 1.0, 50, true, &Silent).values().sum::<usize>(), 0);
     }
 }

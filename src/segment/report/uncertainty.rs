@@ -1,5 +1,6 @@
 //! How exactly a surface's engineering parameters are known.
 
+use crate::fit::constant::constants;
 use crate::segment::report::motion::falling;
 use nalgebra::DMatrix;
 use serde_json::{Map, Value, json};
@@ -8,12 +9,13 @@ use crate::fit::{Family, Shape, Spread};
 use crate::geometry::Vec3;
 use crate::segment::report::motion::motions;
 
-/// Points of a region whose derivatives are worth summing; of more, every n-th may stand for the rest.
-pub const SAMPLE: usize = 6_000;
-
-/// A size whose standard deviation is over this share of its value cannot be told from zero or from
-/// infinity; so cannot an angle of this many radians.
-const IDENTIFIABLE: f64 = 1.0 / 3.0;
+constants! {
+    /// Points of a region whose derivatives are worth summing; of more, every n-th may stand for the rest.
+    pub SAMPLE: usize = 6_000, Effort("points of one sum");
+    /// A size whose standard deviation is over this share of its value cannot be told from zero or from
+    /// infinity; so cannot an angle of this many radians.
+    IDENTIFIABLE: f64 = 1.0 / 3.0, Derived("three standard deviations reach zero");
+}
 
 /// Standard deviations of the engineering parameters of a surface.
 ///
@@ -103,12 +105,12 @@ impl Uncertainty {
 
     fn not_told(&self, shape: &Shape) -> Vec<&'static str> {
         let told = |name: &str, deviations: &[f64]| match name {
-            _ if is_direction(name) => deviations.iter().all(|d| *d < IDENTIFIABLE),
+            _ if is_direction(name) => deviations.iter().all(|d| *d < IDENTIFIABLE.get()),
             "radius" | "semi_axes" | "half_angle" => {
-                deviations.iter().zip(sizes(shape)).all(|(d, size)| *d < size * IDENTIFIABLE)
+                deviations.iter().zip(sizes(shape)).all(|(d, size)| *d < size * IDENTIFIABLE.get())
             }
-            "major_radius" => deviations[0] < shape.size[0] * IDENTIFIABLE,
-            "minor_radius" => deviations[0] < shape.size[1] * IDENTIFIABLE,
+            "major_radius" => deviations[0] < shape.size[0] * IDENTIFIABLE.get(),
+            "minor_radius" => deviations[0] < shape.size[1] * IDENTIFIABLE.get(),
             _ => true,
         };
         self.places()

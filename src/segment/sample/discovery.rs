@@ -2,12 +2,11 @@
 
 use crate::fit::Family;
 use crate::geometry::Vec3;
-use crate::segment::discover::loose;
-use crate::segment::family::{Families, MOST_RADIUS, MOST_RADIUS_OF_FORM, Policy};
+use crate::segment::family::{Families, MOST_RADIUS, Policy};
 use crate::segment::judge::{breadth, strays};
 use crate::segment::label::{shares, spread};
 use crate::segment::partition::Partition;
-use crate::segment::prepare::noise;
+use crate::segment::prepare::noise::Noise;
 use crate::segment::prepare::place::place;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor, Parameters, SegmentError, Stage, discover, objective};
@@ -39,12 +38,11 @@ impl Discovery<'_> {
     }
 }
 
-/// Finds surfaces on at most `limit` of the points, evenly along their Morton order; those with a form error
-/// only where `bare_noise`, that of the points without it, is given.
+/// Finds surfaces on at most `limit` of the points, evenly along their Morton order, whose noise is `estimated`.
 pub fn discover<'a>(
     points: &[Vec3],
     limit: usize,
-    bare_noise: Option<f64>,
+    estimated: &Noise,
     enough: usize,
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
@@ -55,11 +53,10 @@ pub fn discover<'a>(
     let mut scene = Scene::watched(taken, monitor)?;
     let extent = extent(&scene.points);
     let rounding = rounding(&scene.points);
-    let estimate = noise::estimate(&scene);
-    let noise = parameters.noise_sigma.or(bare_noise).unwrap_or(estimate).max(rounding);
+    let noise = parameters.noise_sigma.unwrap_or(estimated.sigma).max(rounding);
     monitor.check()?;
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
-    let allowed = parameters.tolerance.map_or(0.0, |t| t / objective::ACCEPT);
+    let allowed = parameters.tolerance.map_or(0.0, |t| t / objective::ACCEPT.get());
     let sigma = noise.max(allowed);
     let floor = if parameters.noise_sigma.is_some() { sigma } else { allowed.max(rounding) };
     scene.sharpen_normals(sigma);
@@ -67,16 +64,15 @@ pub fn discover<'a>(
     let mut families = Families {
         allowed: Family::ALL.to_vec(),
         sigma,
-        max_radius: extent * if bare_noise.is_some() { MOST_RADIUS_OF_FORM } else { MOST_RADIUS },
+        max_radius: extent * MOST_RADIUS.get(),
         floor,
-        strips: bare_noise.is_none(),
+        common: 0.0,
+        strips: true,
         policy: Policy::of(parameters),
     };
     monitor.progress(Stage::Grow, 0.1);
-    let mut model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
+    let mut model = if parameters.noise_sigma.is_none() && estimated.fills_volume {
         Partition { labels: vec![-1; m], ..Partition::default() }
-    } else if bare_noise.is_some() {
-        loose::discover_with_form_error(&scene, &mut families, estimate, parameters, monitor)?
     } else {
         discover::discover(&scene, &mut families, enough, parameters, monitor)?
     };

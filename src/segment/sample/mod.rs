@@ -2,32 +2,26 @@
 
 pub mod discovery;
 
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::discover::further;
 use crate::segment::label::{shares, spread};
+use crate::segment::prepare::noise;
 use crate::segment::sample::discovery::{Discovery, discover, label_all};
 use crate::segment::{Monitor, Parameters, SegmentError, partition};
 
-/// Points that surfaces are first looked for on.
-const COARSE: usize = 25_000;
-
-/// Points that must confirm a form error before surfaces with one are looked for: a coarse sample of many narrow
-/// faces looks like that too.
-const CONFIRMED: usize = 50_000;
-
-/// Points that surfaces with a form error are looked for on. It is the same for all points nearby: more of them
-/// tell no more about the surface, but make its waves look like surfaces of their own.
-const FORM: usize = 11_000;
-
-/// Points that surfaces are looked for on where the others are too thin for what is there.
-const FINE: usize = 320_000;
-
-/// Points of the sample that every surface must have for the sample to count as dense enough.
-const DENSE_ENOUGH: usize = 200;
-
-/// Share of a sample that surfaces with a form error must explain to be believed although a fine sample might
-/// show that there is none.
-const SEEN: f64 = 0.9;
+constants! {
+    /// Points that surfaces are first looked for on.
+    COARSE: usize = 25_000, Effort("points of the first sample");
+    /// Points that surfaces are looked for on where the others are too thin for what is there.
+    FINE: usize = 320_000, Effort("points of the densest sample");
+    /// Points of the sample that every surface must have for the sample to count as dense enough.
+    DENSE_ENOUGH: usize = 200, Effort("samples that are not made denser");
+    /// Points that a sample has even where they lie on rows, if there are as many.
+    SPARSE: usize = 2_000, Effort("points of the sparsest sample");
+    /// Unassigned points that may hold a surface.
+    LEFT: usize = 64, Trial(64.0, 64.0);
+}
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
 pub fn discover_on_samples<'a>(
@@ -35,77 +29,38 @@ pub fn discover_on_samples<'a>(
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<(Discovery<'a>, shares::Labelled), SegmentError> {
-    let most = points.len().min(FINE);
+    let noise = noise::estimate(points, monitor);
+    monitor.check()?;
+    // Neighbourhoods of a denser sample lie on single rows.
+    let whole = noise.spanning.max(points.len().min(SPARSE.get()));
+    let most = whole.min(FINE.get());
     let label = |found: Discovery<'a>| -> Result<_, SegmentError> {
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
-    let look = |size, enough| discover(points, size, None, enough, parameters, monitor);
+    let look = |size, enough| discover(points, size, &noise, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
-    let mut size = if points.len() <= 2 * COARSE { points.len() } else { COARSE };
-    let mut formed: Option<Discovery> = None;
-    let mut thinner = Thinner::None;
+    let mut size = if whole <= 2 * COARSE.get() { whole } else { COARSE.get() };
     loop {
-        let found = look(size, if size < most { DENSE_ENOUGH } else { 0 })?;
+        let found = look(size, if size < most { DENSE_ENOUGH.get() } else { 0 })?;
         if let Some(few) = found.model.thin {
-            thinner = Thinner::Glanced(size);
-            size = denser(size, few, points.len());
-        } else if found.model.form_error {
-            // What explained a thinner sample without a form error needs none.
-            let thin = match std::mem::replace(&mut thinner, Thinner::None) {
-                Thinner::None => None,
-                Thinner::Found(thin) => Some(*thin),
-                Thinner::Glanced(size) => Some(look(size, 0)?),
-            };
-            if let Some(thin) = thin.filter(|t| !t.model.form_error && t.model.explained() > SEEN) {
-                return label(thin);
-            }
-            if let Some(formed) = formed {
-                return label(formed);
-            }
-            if size < most.min(CONFIRMED) {
-                size = CONFIRMED;
-                continue;
-            }
-            let loose = discover(points, FORM, Some(found.noise), 0, parameters, monitor)?;
-            if size >= most || loose.model.explained() > SEEN {
-                return label(loose);
-            }
-            // Narrow faces that are crowded on a coarse sample are not on a fine one.
-            (formed, size) = (Some(loose), FINE);
-        } else if let Some(formed) =
-            formed.take_if(|f| f.model.explained() > found.model.explained())
-        {
-            return label(formed);
+            size = denser(size, few, whole);
         } else if size >= most {
             return label(found);
         } else {
             match judge(points, &found, parameters, monitor)? {
                 Judged::Enough(labelled) => return Ok((found, labelled)),
-                Judged::Thin(least) => {
-                    size = denser(size, least, points.len());
-                    thinner = Thinner::Found(Box::new(found));
-                }
+                Judged::Thin(least) => size = denser(size, least, whole),
             }
         }
     }
 }
 
-/// What a thinner sample gave.
-enum Thinner<'a> {
-    /// There was none.
-    None,
-    /// A glance at a sample of so many points.
-    Glanced(usize),
-    /// Surfaces.
-    Found(Box<Discovery<'a>>),
-}
-
 /// The size of the next sample of `n` points after one of `size`, of which surfaces had as `few`.
 fn denser(size: usize, few: usize, n: usize) -> usize {
-    let more = (size * DENSE_ENOUGH / few.max(1)).max(2 * size);
+    let more = (size * DENSE_ENOUGH.get() / few.max(1)).max(2 * size);
     // A third look would cost more than it saves, above all where the next one may be at the cloud itself.
-    let (most, share) = if n <= FINE { (n, 4) } else { (FINE, 2) };
+    let (most, share) = if n <= FINE.get() { (n, 4) } else { (FINE.get(), 2) };
     if more * share > most { most } else { more }
 }
 
@@ -128,13 +83,13 @@ fn judge(
     let size = found.scene.len();
     let sizes = partition::members(&found.model.labels, found.model.shapes.len());
     let least = sizes.iter().map(Vec::len).min().unwrap_or(size);
-    if least < DENSE_ENOUGH {
+    if least < DENSE_ENOUGH.get() {
         return Ok(Judged::Thin(least));
     }
     let labelled = spread::spread(points, &found.scene, &found.model, found.sigma, monitor)?;
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
-    let lacking =
-        left.len() >= 64 && further::holds_surface(&left, found.sigma, parameters, monitor)?;
+    let lacking = left.len() >= LEFT.get()
+        && further::holds_surface(&left, found.sigma, parameters, monitor)?;
     Ok(if lacking { Judged::Thin(0) } else { Judged::Enough(labelled) })
 }

@@ -1,13 +1,16 @@
 use super::{Farthest, Halfway, NearMarker, Neighbours, Pool, RcondBelow, Region, Reseed};
 use crate::fit::Condition;
+use crate::fit::constant::constants;
 use crate::geometry::Frame;
 
 /// The seed's strategies in the order they are tried.
 const STRATEGIES: [&dyn Reseed; 3] = [&Halfway, &Farthest, &NearMarker];
 
-/// A new seed must enlarge the region by this share to count as progress. It bounds how often a
-/// region of n points is walked through to O(log n); the points it brought are kept either way.
-const PROGRESS: f64 = 0.02;
+constants! {
+    /// A new seed must enlarge the region by this share to count as progress. It bounds how often a
+    /// region of n points is walked through to O(log n); the points it brought are kept either way.
+    PROGRESS: f64 = 0.02, Effort("walks through one region");
+}
 
 /// Points that join between two looks at whether to stop.
 const WATCHED: usize = 256;
@@ -52,7 +55,7 @@ impl Growth {
             } else {
                 marker = new_marker;
             }
-            if added as f64 > PROGRESS * before as f64 {
+            if added as f64 > PROGRESS.get() * before as f64 {
                 strategies[next] += 1;
                 next = 0;
             } else {

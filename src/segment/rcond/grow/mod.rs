@@ -3,12 +3,12 @@
 
 mod criterion;
 mod farthest;
-mod growth;
+pub mod growth;
 mod halfway;
-mod near_marker;
-mod neighbours;
+pub mod near_marker;
+pub mod neighbours;
 mod pool;
-mod region;
+pub mod region;
 mod strategy;
 #[cfg(test)]
 mod tests;

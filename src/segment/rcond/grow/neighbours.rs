@@ -1,8 +1,11 @@
 use super::Pool;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Points in the first shell.
-const FIRST_SHELL: usize = 64;
+constants! {
+    /// Points in the first shell.
+    FIRST_SHELL: usize = 64, Effort("points sorted at once; the order is the same");
+}
 /// Each shell's radius over the last one's: on a surface a shell doubles the points.
 const SHELL_RATIO: f64 = std::f64::consts::SQRT_2;
 
@@ -43,7 +46,7 @@ impl<'a> Neighbours<'a> {
             return false;
         }
         self.radius = if inner < 0.0 {
-            self.pool.distance_to_nth(&self.center, FIRST_SHELL).max(1e-9 * farthest)
+            self.pool.distance_to_nth(&self.center, FIRST_SHELL.get()).max(1e-9 * farthest)
         } else {
             inner * SHELL_RATIO
         };

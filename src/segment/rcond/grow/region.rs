@@ -1,4 +1,5 @@
 use super::Pool;
+use crate::fit::constant::constants;
 use crate::fit::{Condition, Scatter};
 
 /// A region while it grows.
@@ -12,8 +13,10 @@ pub struct Region {
     stages: Vec<Scatter>,
 }
 
-/// Points at the first stage.
-const FIRST_STAGE: usize = 32;
+constants! {
+    /// Points at the first stage.
+    FIRST_STAGE: usize = 32, Effort("points of the first look");
+}
 
 impl Region {
     /// Of no points; `condition` must be empty and in a frame near the points to come.
@@ -62,7 +65,7 @@ impl Region {
         self.members.push(index);
         self.inside[index as usize] = true;
         self.condition = condition;
-        if self.members.len() == FIRST_STAGE << self.stages.len() {
+        if self.members.len() == FIRST_STAGE.get() << self.stages.len() {
             self.stages.push(*self.condition.scatter());
         }
     }

@@ -3,19 +3,25 @@
 use std::f64::consts::TAU;
 
 use crate::fit::Shape;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Points that a cell of the surface should have on average: so many leave one in 3000 empty.
-const EXPECTED: usize = 8;
-/// Bands of height, at least and at most; each has twice as many cells around it.
-const BANDS: (usize, usize) = (4, 40);
+constants! {
+    /// Points that a cell of the surface should have on average: so many leave one in 3000 empty.
+    EXPECTED: usize = 8, Derived("exp(-8): one cell in 3000 is empty by chance");
+    /// Bands of height, at least; each has twice as many cells around it.
+    FEWEST_BANDS: usize = 4, Trial(4.0, 4.0);
+    /// The same, at most.
+    MOST_BANDS: usize = 40, Effort("cells of a surface");
+}
 
 /// Share of the area of a sphere or an ellipsoid on which there are points, from an even sample of them.
 ///
 /// Cells of equal area on the unit sphere: those whose neighbours all have points count whole, those at the border by
 /// their points over the median of the former's.
 pub fn share(shape: &Shape, points: &[Vec3]) -> f64 {
-    let bands = (((points.len() / EXPECTED / 2) as f64).sqrt() as usize).clamp(BANDS.0, BANDS.1);
+    let bands = (((points.len() / EXPECTED.get() / 2) as f64).sqrt() as usize)
+        .clamp(FEWEST_BANDS.get(), MOST_BANDS.get());
     let around = 2 * bands;
     let axes = if shape.size[1] > 0.0 { shape.size } else { [shape.size[0]; 3] };
     let axes = Vec3::from(axes);
@@ -36,7 +42,7 @@ pub fn share(shape: &Shape, points: &[Vec3]) -> f64 {
     let mut full: Vec<usize> =
         counts.iter().zip(&inner).filter(|(_, inner)| **inner).map(|(c, _)| *c).collect();
     let middle = full.len() / 2;
-    let median = if full.is_empty() { EXPECTED } else { *full.select_nth_unstable(middle).1 };
+    let median = if full.is_empty() { EXPECTED.get() } else { *full.select_nth_unstable(middle).1 };
     let part = |i: usize| if inner[i] { 1.0 } else { (counts[i] as f64 / median as f64).min(1.0) };
     // Area of the surface for each of the unit sphere's, at the cell's middle.
     let stretch = |i: usize| {

@@ -1,15 +1,18 @@
 //! Where along its axis a surface ends at a neighbour.
 
+use crate::fit::constant::constants;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Continuity;
 
-/// Sine of the angle up to which two axes count as parallel, or as perpendicular.
-const PARALLEL: f64 = 0.1;
-/// Distance between two axes, or of a centre from one, up to which surfaces count as coaxial, in radii.
-const COAXIAL: f64 = 0.15;
-/// Least cosine between a plane's normal and an axis that it bounds: beyond 60 degrees the end is a side.
-const LEAST_COSINE: f64 = 0.5;
+constants! {
+    /// Sine of the angle up to which two axes count as parallel, or as perpendicular.
+    PARALLEL: f64 = 0.1, Trial(0.1, 0.1);
+    /// Distance between two axes, or of a centre from one, up to which surfaces count as coaxial, in radii.
+    COAXIAL: f64 = 0.15, Trial(0.15, 0.15);
+    /// Least cosine between a plane's normal and an axis that it bounds: beyond 60 degrees the end is a side.
+    LEAST_COSINE: f64 = 0.5, Derived("60 degrees: beyond, the points spread further along the axis than across");
+}
 
 /// Height over its origin at which the axis of `own` (a cylinder, elliptic cylinder or cone) ends at `other`, the one
 /// next to `near`; `None` where these two surfaces have no common end.
@@ -22,21 +25,21 @@ pub fn height(own: &Shape, other: &Shape, continuity: Continuity, near: f64) -> 
     let to = other.origin - own.origin;
     if other.family == Family::Plane {
         let cosine = w.dot(&other.w());
-        return (cosine.abs() > LEAST_COSINE).then(|| to.dot(&other.w()) / cosine);
+        return (cosine.abs() > LEAST_COSINE.get()).then(|| to.dot(&other.w()) / cosine);
     }
     let along = to.dot(&w);
     let aside = (to - along * w).norm();
     if is_elbow(own, other, aside) {
         return Some(along);
     }
-    if aside > COAXIAL * own.max_radius().min(other.max_radius()) {
+    if aside > COAXIAL.get() * own.max_radius().min(other.max_radius()) {
         return None;
     }
     let circle = |centre: [f64; 2], radius| at_circle(own, centre, radius, continuity, near);
     match other.family {
         Family::Sphere => circle([0.0, along], other.size[0]),
         Family::Ellipsoid => (continuity == Continuity::G1).then_some(along),
-        _ if w.cross(&other.w()).norm() > PARALLEL => None,
+        _ if w.cross(&other.w()).norm() > PARALLEL.get() => None,
         Family::Torus => circle([other.size[0], along], other.size[1]),
         Family::Cylinder | Family::Cone => at_line(own, other, along),
         Family::EllipticCylinder | Family::Plane => None,
@@ -47,9 +50,9 @@ pub fn height(own: &Shape, other: &Shape, continuity: Continuity, near: f64) -> 
 fn is_elbow(own: &Shape, other: &Shape, aside: f64) -> bool {
     own.family == Family::Cylinder
         && other.family == Family::Torus
-        && own.w().dot(&other.w()).abs() < PARALLEL
-        && (aside - other.size[0]).abs() < COAXIAL * other.size[1]
-        && (own.size[0] - other.size[1]).abs() < COAXIAL * other.size[1]
+        && own.w().dot(&other.w()).abs() < PARALLEL.get()
+        && (aside - other.size[0]).abs() < COAXIAL.get() * other.size[1]
+        && (own.size[0] - other.size[1]).abs() < COAXIAL.get() * other.size[1]
 }
 
 /// Radius at the origin and its growth with height.
@@ -65,7 +68,7 @@ fn line(shape: &Shape) -> Option<[f64; 2]> {
 fn at_line(own: &Shape, other: &Shape, along: f64) -> Option<f64> {
     let ([r, k], [s, l]) = (line(own)?, line(other)?);
     let l = l * own.w().dot(&other.w()).signum();
-    ((k - l).abs() > PARALLEL).then(|| (s - l * along - r) / (k - l))
+    ((k - l).abs() > PARALLEL.get()).then(|| (s - l * along - r) / (k - l))
 }
 
 /// Where the section of `own` meets a circle; radius and height of its `centre`.
@@ -96,10 +99,12 @@ pub fn direction(torus: &Shape, other: &Shape, near: &Vec3) -> Option<Vec3> {
     let to = other.origin - torus.origin;
     let across = match other.family {
         Family::Plane => return at_plane(torus, other, near),
-        Family::Cylinder | Family::Cone if other.w().dot(&w).abs() < PARALLEL => {
+        Family::Cylinder | Family::Cone if other.w().dot(&w).abs() < PARALLEL.get() => {
             w.cross(&other.w())
         }
-        Family::Torus if other.w().cross(&w).norm() > PARALLEL => w.cross(&w.cross(&other.w())),
+        Family::Torus if other.w().cross(&w).norm() > PARALLEL.get() => {
+            w.cross(&w.cross(&other.w()))
+        }
         Family::Torus => to - w * to.dot(&w),
         _ => return None,
     };
@@ -112,7 +117,7 @@ fn at_plane(torus: &Shape, plane: &Shape, near: &Vec3) -> Option<Vec3> {
     let (w, n) = (torus.w(), plane.w());
     let level = n - w * n.dot(&w);
     let size = level.norm();
-    if size < LEAST_COSINE {
+    if size < LEAST_COSINE.get() {
         return None;
     }
     let level = level / size;

@@ -1,5 +1,6 @@
 //! Where a region ends along its axis or its tube, and how exactly that is known.
 
+use crate::fit::constant::constants;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Continuity;
@@ -8,19 +9,21 @@ use crate::segment::report::dimensions::crossing::{direction, height};
 use crate::segment::report::dimensions::propagate::variance;
 use crate::segment::report::known::{Joint, Known};
 
-/// How far from the last points an end may lie that a neighbour tells, in spacings of the points: what lies between
-/// is on neither surface, or the fillet between them is too narrow to be found.
-const NEAR: f64 = 4.0;
-/// The same in standard deviations of the points' noise, which blurs the last points along the axis.
-const BLURRED: f64 = 6.0;
-/// Width of the band of points that tells a free end, in spacings.
-const BAND: f64 = 3.0;
-/// Share of a region's length, from a smooth joint on either side, within which it is this end's.
-const SMOOTH: f64 = 0.25;
-/// Gaps wider than this many means beyond the logarithm of their number lie between rows: three standard deviations.
-const ROWS: f64 = 0.58 + 3.0 * 1.28;
-/// Fewer points than this in a band tell no gap.
-const LEAST: usize = 4;
+constants! {
+    /// How far from the last points an end may lie that a neighbour tells, in spacings of the points: what lies between
+    /// is on neither surface, or the fillet between them is too narrow to be found.
+    NEAR: f64 = 4.0, Trial(4.0, 4.0);
+    /// The same in standard deviations of the points' noise, which blurs the last points along the axis.
+    BLURRED: f64 = 6.0, Derived("twice three standard deviations");
+    /// Width of the band of points that tells a free end, in spacings.
+    BAND: f64 = 3.0, Trial(3.0, 3.0);
+    /// Share of a region's length, from a smooth joint on either side, within which it is this end's.
+    SMOOTH: f64 = 0.25, Derived("a half would be the other end");
+    /// Gaps wider than this many means beyond the logarithm of their number lie between rows: three standard deviations.
+    ROWS: f64 = 4.42, Derived("Gumbel: the widest of n gaps is ln n + 0.58 of their mean, its deviation 1.28; three of these");
+    /// Fewer points than this in a band tell no gap.
+    LEAST: usize = 4, Trial(4.0, 4.0);
+}
 
 /// One end of a region.
 #[derive(Clone, Copy, Debug)]
@@ -106,7 +109,7 @@ impl<'a> Place<'a> {
         let own = self.shape();
         let major = own.size[0];
         // Points of a whole ring leave gaps of about their spacing.
-        let arc = Arc::of(angles, (NEAR * self.spacing / major).min(0.5));
+        let arc = Arc::of(angles, (NEAR.get() * self.spacing / major).min(0.5));
         if arc.closes() {
             return None;
         }
@@ -136,21 +139,21 @@ impl<'a> Place<'a> {
     /// How far from the last points a region of that `length` may end at a joint. Over a smooth one some points may have
     /// the other label far beyond it, and where two surfaces run into each other is then no question.
     fn reach(&self, joint: &Joint, length: f64) -> f64 {
-        let near = (NEAR * self.spacing).max(joint.resolution) + BLURRED * self.sigma;
-        if joint.continuity == Continuity::G1 { near.max(SMOOTH * length) } else { near }
+        let near = (NEAR.get() * self.spacing).max(joint.resolution) + BLURRED.get() * self.sigma;
+        if joint.continuity == Continuity::G1 { near.max(SMOOTH.get() * length) } else { near }
     }
 
     /// A free end beyond the last point `at`; `inside` is how far each point lies inward of that. Points that come one by
     /// one leave their mean gap beyond the last; of those in rows the edge lies anywhere within the gap to a next row.
     fn free(&self, at: f64, inward: f64, inside: impl Iterator<Item = f64>) -> End {
-        let mut band: Vec<f64> = inside.filter(|d| *d <= BAND * self.spacing).collect();
+        let mut band: Vec<f64> = inside.filter(|d| *d <= BAND.get() * self.spacing).collect();
         band.sort_unstable_by(f64::total_cmp);
         let n = band.len();
         let widest = band.windows(2).map(|p| p[1] - p[0]).fold(0.0, f64::max);
-        let gap = if n < LEAST { self.spacing } else { widest };
+        let gap = if n < LEAST.get() { self.spacing } else { widest };
         let mean = band.last().copied().unwrap_or(0.0) / n.max(1) as f64;
         // The widest of n gaps between points that come one by one is ln n + 0.58 of their mean, give or take 1.3.
-        let one_by_one = n >= LEAST && gap < mean * ((n as f64).ln() + ROWS);
+        let one_by_one = n >= LEAST.get() && gap < mean * ((n as f64).ln() + ROWS.get());
         let beyond = if one_by_one { mean } else { gap / 2.0 };
         // Noise moves the last of many points outward.
         End { by: None, at: at - inward * beyond, deviation: (gap / 2.0).hypot(self.sigma) }

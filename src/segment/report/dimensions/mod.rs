@@ -13,6 +13,7 @@ pub mod side;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use crate::fit::constant::constants;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::dimensions::Dimensions;
@@ -26,14 +27,16 @@ use crate::segment::report::known::{Joint, Known, Told};
 use crate::segment::report::motion::falling;
 use crate::segment::report::tally::sample;
 
-/// Points of a region that outlines, arcs and shares are told by.
-const SAMPLE: usize = 20_000;
-/// Points whose neighbours tell the spacing of a region.
-const SPACED: usize = 300;
-/// Gaps about an axis up to this many spacings are none.
-const GAP: f64 = 3.0;
-/// The largest such gap in radians, where a tube is hardly wider than the spacing.
-const MOST_GAP: f64 = 1.0;
+constants! {
+    /// Points of a region that outlines, arcs and shares are told by.
+    SAMPLE: usize = 20_000, Effort("points looked at");
+    /// Points whose neighbours tell the spacing of a region.
+    SPACED: usize = 300, Effort("points looked at");
+    /// Gaps about an axis up to this many spacings are none.
+    GAP: f64 = 3.0, Trial(3.0, 3.0);
+    /// The largest such gap in radians, where a tube is hardly wider than the spacing.
+    MOST_GAP: f64 = 1.0, Trial(1.0, 1.0);
+}
 
 /// The dimensions of all regions; `labels` of the scene's points, `density` the cloud's points for each of these.
 pub fn all(
@@ -73,7 +76,7 @@ fn spacings(regions: usize, labels: &[i32], found: &Found, density: f64) -> Vec<
     let fourth =
         |i: usize| (scene.points[scene.neighbours(i)[3] as usize] - scene.points[i]).norm();
     let median = |places: Vec<usize>| {
-        let stride = places.len().div_ceil(SPACED).max(1);
+        let stride = places.len().div_ceil(SPACED.get()).max(1);
         let mut all: Vec<f64> = places.into_iter().step_by(stride).map(fourth).collect();
         let middle = all.len() / 2;
         let known = !all.is_empty();
@@ -84,7 +87,7 @@ fn spacings(regions: usize, labels: &[i32], found: &Found, density: f64) -> Vec<
 
 fn of_region(place: Place, candidate: &Candidate, found: &Found) -> Told {
     let shape = place.surfaces[place.id].shape;
-    let few = sample(&found.points, &candidate.members, SAMPLE);
+    let few = sample(&found.points, &candidate.members, SAMPLE.get());
     // Of fewer points the spacing is larger.
     let apart = place.spacing * (candidate.members.len() as f64 / few.len() as f64).sqrt();
     match shape.family {
@@ -157,7 +160,7 @@ fn of_axial(place: Place, heights: &[f64], few: &[Vec3], apart: f64, centre: &Ve
         let q = shape.frame.tr_mul(&(p - shape.origin));
         q.y.atan2(q.x)
     };
-    let gap = (GAP * apart / shape.max_radius()).min(MOST_GAP);
+    let gap = (GAP.get() * apart / shape.max_radius()).min(MOST_GAP.get());
     let arc = Arc::of(&mut few.iter().map(turn).collect::<Vec<_>>(), gap);
     let ends = place.along_axis(heights);
     let mut told = bounded(&ends);
@@ -191,7 +194,7 @@ fn of_torus(place: Place, few: &[Vec3], apart: f64, centre: &Vec3) -> Told {
     let [major, minor, _] = shape.size;
     let local: Vec<Vec3> = few.iter().map(|p| shape.frame.tr_mul(&(p - shape.origin))).collect();
     let about_tube = local.iter().map(|q| q.z.atan2(q.x.hypot(q.y) - major));
-    let gap = (GAP * apart / minor).min(MOST_GAP);
+    let gap = (GAP.get() * apart / minor).min(MOST_GAP.get());
     let swept = Arc::of(&mut about_tube.collect::<Vec<_>>(), gap).angle;
     let mut angles: Vec<f64> = local.iter().map(|q| q.y.atan2(q.x)).collect();
     let mut told = match (Place { spacing: apart, ..place }).along_tube(&mut angles) {

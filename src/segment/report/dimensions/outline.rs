@@ -1,19 +1,24 @@
 //! The polygons around the points of a plane.
 
+use crate::fit::constant::constants;
 use crate::segment::report::dimensions::contour::contours;
 
-/// Side of a cell in spacings of the points: about five points fall into one.
-const CELL: f64 = 2.0;
-/// Cells are doubled this often at most, until points in rows fill them.
-const DOUBLINGS: usize = 4;
-/// Share of the cells with points that have points on three sides or more, where cells are large enough.
-const FILLED: f64 = 0.7;
-/// Cells along the longer side, at most; and at least, before they are doubled.
-const CELLS: (f64, f64) = (400.0, 8.0);
-/// Loops of less than this many cells are noise.
-const LEAST_CELLS: f64 = 4.0;
-/// How far the polygon may leave the contour, in cells: the largest of its own scatter, three times a third.
-const SIMPLER: f64 = 1.0;
+constants! {
+    /// Side of a cell in spacings of the points: about five points fall into one.
+    CELL: f64 = 2.0, Derived("the fourth neighbour stands at the radius of a disc with four points: a cell holds five");
+    /// Cells are doubled this often at most, until points in rows fill them.
+    DOUBLINGS: usize = 4, Derived("rows up to 32 spacings apart");
+    /// Share of the cells with points that have points on three sides or more, where cells are large enough.
+    FILLED: f64 = 0.7, Trial(0.7, 0.7);
+    /// Cells along the longer side, at most.
+    MOST_CELLS: f64 = 400.0, Effort("cells along a plane");
+    /// The same, at least, before they are doubled.
+    FEWEST_CELLS: f64 = 8.0, Trial(8.0, 8.0);
+    /// Loops of less than this many cells are noise.
+    LEAST_CELLS: f64 = 4.0, Trial(4.0, 4.0);
+    /// How far the polygon may leave the contour, in cells: the largest of its own scatter, three times a third.
+    SIMPLER: f64 = 1.0, Trial(1.0, 1.0);
+}
 
 /// A place in the plane.
 pub type Uv = [f64; 2];
@@ -40,20 +45,20 @@ pub fn outline(points: &[Uv], spacing: f64) -> Option<Outline> {
     let high = |k: usize| points.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
     let (low, high) = ([low(0), low(1)], [high(0), high(1)]);
     let extent = (high[0] - low[0]).max(high[1] - low[1]);
-    let mut cell = (CELL * spacing).max(extent / CELLS.0);
+    let mut cell = (CELL.get() * spacing).max(extent / MOST_CELLS.get());
     if !(cell > 0.0 && extent.is_finite()) {
         return None;
     }
     let mut grid = Grid::of(points, low, high, cell);
-    for _ in 0..DOUBLINGS {
-        if grid.is_filled() || cell > extent / CELLS.1 {
+    for _ in 0..DOUBLINGS.get() {
+        if grid.is_filled() || cell > extent / FEWEST_CELLS.get() {
             break;
         }
         cell *= 2.0;
         grid = Grid::of(points, low, high, cell);
     }
     let mut loops = contours(&grid.blurred()?, grid.width);
-    loops.retain(|l| area(l).abs() > LEAST_CELLS);
+    loops.retain(|l| area(l).abs() > LEAST_CELLS.get());
     loops.sort_by(|a, b| area(b).abs().total_cmp(&area(a).abs()));
     let place = |p: &Uv| [grid.low[0] + p[0] * cell, grid.low[1] + p[1] * cell];
     let hull = hull(loops.iter().flatten().map(place).collect());
@@ -61,7 +66,10 @@ pub fn outline(points: &[Uv], spacing: f64) -> Option<Outline> {
     let size = [along, across].map(|d| reach(points, &hull, d));
     Some(Outline {
         area: loops.iter().map(|l| area(l)).sum::<f64>() * cell * cell,
-        loops: loops.iter().map(|l| simplified(l, SIMPLER).iter().map(place).collect()).collect(),
+        loops: loops
+            .iter()
+            .map(|l| simplified(l, SIMPLER.get()).iter().map(place).collect())
+            .collect(),
         size,
         along,
     })
@@ -97,7 +105,7 @@ impl Grid {
         let sides =
             |i: usize| [i - 1, i + 1, i - w, i + w].map(|j| usize::from(self.counts[j] > 0));
         let among = self.occupied().filter(|&i| sides(i).iter().sum::<usize>() >= 3).count();
-        among as f64 >= FILLED * self.occupied().count() as f64
+        among as f64 >= FILLED.get() * self.occupied().count() as f64
     }
 
     /// The numbers blurred over three cells each way, half of that inside being 0; none where there is no point.

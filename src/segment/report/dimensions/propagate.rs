@@ -1,10 +1,13 @@
 //! How exactly a length is known that several surfaces tell.
 
 use crate::fit::Shape;
+use crate::fit::constant::constants;
 use crate::segment::report::known::Known;
 
-/// Step of a derivative, in standard deviations of the freedom: small against its scatter, large against rounding.
-const STEP: f64 = 1e-2;
+constants! {
+    /// Step of a derivative, in standard deviations of the freedom: small against its scatter, large against rounding.
+    STEP: f64 = 1e-2, Derived("small against the scatter, so that a slope is one, and large against rounding");
+}
 
 /// Variance of `value`, a function of some surfaces' shapes, from the covariance of each one's degrees of freedom;
 /// the surfaces are known independently of each other. `None` where a surface's covariance is not known or the value
@@ -17,7 +20,7 @@ pub fn variance(surfaces: &[&Known], value: impl Fn(&[Shape]) -> Option<f64>) ->
         let dof = known.shape.family.dof();
         let mut slopes = vec![0.0; dof];
         for (k, slope) in slopes.iter_mut().enumerate() {
-            let step = STEP * covariance[(k, k)].max(0.0).sqrt();
+            let step = STEP.get() * covariance[(k, k)].max(0.0).sqrt();
             if step == 0.0 {
                 continue;
             }

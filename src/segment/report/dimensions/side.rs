@@ -7,23 +7,26 @@
 
 use std::collections::BTreeMap;
 
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::Continuity;
 use crate::segment::dimensions::Side;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::report::known::{Joint, Known};
 
-/// Directions in which outermost points are looked for.
-const DIRECTIONS: usize = 96;
-/// Least cosine of the angle between a direction and the outermost point's normal: at an edge of a box the better of two
-/// faces has 0.7, at a corner of three 0.57; where the skin ends both are near nought.
-const LEAST_COSINE: f64 = 0.4;
-/// Share of the directions in which a skin must have such points: one that lacks its bottom has two thirds.
-const CLOSED: f64 = 0.6;
-/// Share of these that must agree.
-const AGREED: f64 = 0.9;
-/// Heights over a tangent plane that tell a side, in standard deviations of the noise.
-const SURE: f64 = 2.0;
+constants! {
+    /// Directions in which outermost points are looked for.
+    DIRECTIONS: usize = 96, Effort("directions looked in");
+    /// Least cosine of the angle between a direction and the outermost point's normal: at an edge of a box the better of two
+    /// faces has 0.7, at a corner of three 0.57; where the skin ends both are near nought.
+    LEAST_COSINE: f64 = 0.4, Derived("below the 0.57 of a corner of three faces");
+    /// Share of the directions in which a skin must have such points: one that lacks its bottom has two thirds.
+    CLOSED: f64 = 0.6, Derived("below the two thirds that a skin without its bottom has");
+    /// Share of these that must agree.
+    AGREED: f64 = 0.9, Trial(0.9, 0.9);
+    /// Heights over a tangent plane that tell a side, in standard deviations of the noise.
+    SURE: f64 = 2.0, Trial(2.0, 2.0);
+}
 
 /// The side of each region; `labels` of the scene's points.
 pub fn sides(
@@ -79,7 +82,7 @@ fn votes(
             let (over, under) = (n.dot(&(q - p)), m.dot(&(p - q)));
             *sum += match continuity {
                 Continuity::G1 => n.dot(&m).signum() as i64,
-                Continuity::G0 if over.abs().min(under.abs()) > SURE * sigma => {
+                Continuity::G0 if over.abs().min(under.abs()) > SURE.get() * sigma => {
                     (over * under).signum() as i64
                 }
                 Continuity::G0 => 0,
@@ -163,11 +166,11 @@ impl Skins {
 /// 1 where the skin's normals point outward, -1 where inward; none where its outermost points do not say.
 fn outward(extremes: &[(Vec3, f64, usize)], normal: impl Fn(usize) -> Vec3) -> Option<f64> {
     let cosines = extremes.iter().map(|(d, _, i)| normal(*i).dot(d));
-    let told: Vec<f64> = cosines.filter(|c| c.abs() > LEAST_COSINE).collect();
+    let told: Vec<f64> = cosines.filter(|c| c.abs() > LEAST_COSINE.get()).collect();
     let out = told.iter().filter(|c| **c > 0.0).count();
     let most = out.max(told.len() - out);
-    let sure = told.len() as f64 >= CLOSED * extremes.len() as f64
-        && most as f64 >= AGREED * told.len() as f64;
+    let sure = told.len() as f64 >= CLOSED.get() * extremes.len() as f64
+        && most as f64 >= AGREED.get() * told.len() as f64;
     sure.then(|| if most == out { 1.0 } else { -1.0 })
 }
 
@@ -175,10 +178,10 @@ fn outward(extremes: &[(Vec3, f64, usize)], normal: impl Fn(usize) -> Vec3) -> O
 fn directions() -> Vec<Vec3> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     let at = |k: usize| {
-        let z = 1.0 - (2 * k + 1) as f64 / DIRECTIONS as f64;
+        let z = 1.0 - (2 * k + 1) as f64 / DIRECTIONS.get() as f64;
         let (sin, cos) = (golden * k as f64).sin_cos();
         let r = (1.0 - z * z).sqrt();
         Vec3::new(r * cos, r * sin, z)
     };
-    (0..DIRECTIONS).map(at).collect()
+    (0..DIRECTIONS.get()).map(at).collect()
 }
