@@ -81,7 +81,8 @@ impl Cloud {
                 (random.normal3() / length, phase)
             };
             let waves: Vec<(Vec3, f64)> = (0..WAVES).map(|_| wave()).collect();
-            let at = |p: &Vec3| waves.iter().map(|(w, phase)| (w.dot(p) + phase).cos()).sum::<f64>();
+            let at =
+                |p: &Vec3| waves.iter().map(|(w, phase)| (w.dot(p) + phase).cos()).sum::<f64>();
             let field: Vec<f64> = self.points.iter().map(|p| scale * at(p)).collect();
             self.points.iter_mut().zip(field).for_each(|(p, f)| p[k] += f);
         }
