@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::segment::{Counters, Parameters, Region};
+use crate::segment::{Counters, Parameters, Region, Sampling, Warning};
 
 /// The result of a segmentation, as it is told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -23,6 +23,12 @@ pub struct Document {
     pub labels: Option<Vec<i32>>,
     /// The points without a region, skipped ones included.
     pub unassigned: UnassignedPoints,
+    /// How the points lie beside each other. Absent under `rcond`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sampling: Option<Sampling>,
+    /// What of the input limits the answer; absent where nothing does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
     /// How much work the method did.
     pub counters: Counters,
     /// How long the steps took: the one part that differs between two runs.

@@ -11,6 +11,7 @@ use multiversion::multiversion;
 use crate::geometry::Vec3;
 use crate::segment::prepare::boxes::{Box, LANES, Lanes};
 use crate::segment::prepare::candidates::{Candidates, K, ROOM};
+use crate::segment::prepare::closest::Closest;
 
 /// Points of a run.
 const RUN: usize = 32;
@@ -70,6 +71,41 @@ impl Runs {
     /// Of equally near points those of lower place come first. Fewer than `K` other points leave `u32::MAX`.
     pub fn nearest(&self, i: usize, search: &mut Search) -> ([u32; K], f64) {
         nearest(self, i, search)
+    }
+
+    /// The points nearest to `p`, which comes `after` so many of them in their order. Of equally near ones those of
+    /// lower place come first.
+    pub fn closest(&self, p: &Vec3, after: usize) -> Closest {
+        let mut found = Closest::none();
+        let here = Box { low: *p, high: *p };
+        let own = (after.min(self.n.saturating_sub(1)) / RUN) / GROUP;
+        self.look_into(own, &here, &mut found);
+        for (first, lanes) in self.groups.iter().enumerate() {
+            for (g, gap) in (first * LANES..).zip(lanes.sq_gaps(&here)) {
+                if g != own && gap <= found.limit() {
+                    self.look_into(g, &here, &mut found);
+                }
+            }
+        }
+        found
+    }
+
+    /// Looks at the runs of a group that may be near enough.
+    fn look_into(&self, group: usize, here: &Box, found: &mut Closest) {
+        let lanes = group * GROUP / LANES..self.lanes.len().min((group + 1) * GROUP / LANES);
+        for lane in lanes {
+            for (run, gap) in (lane * LANES..self.runs.len()).zip(self.lanes[lane].sq_gaps(here)) {
+                if gap > found.limit() {
+                    continue;
+                }
+                for (k, sq) in self.sq_distances(run, &here.low).into_iter().enumerate() {
+                    // not the NaN of a point that is missing
+                    if sq <= found.limit() {
+                        found.take(sq, (run * RUN + k) as u32);
+                    }
+                }
+            }
+        }
     }
 
     fn point(&self, i: usize) -> Vec3 {

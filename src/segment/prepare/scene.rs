@@ -82,11 +82,6 @@ impl<'a> Scene<'a> {
         Self { points, normals, roughness, neighbours, spacing, work, monitor }
     }
 
-    /// The scene of some other points, watched by the same monitor; half of one where it cancels.
-    pub fn part(&self, points: Vec<Vec3>) -> Self {
-        Self::built(points, self.monitor)
-    }
-
     /// Whether the work on the scene is to stop. Loops over points, regions or pairs of them ask it every few
     /// milliseconds and then leave off: what they return is worth nothing, and whoever has the monitor asks next.
     #[inline]
