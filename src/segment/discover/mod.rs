@@ -54,14 +54,11 @@ pub fn discover(
 ) -> Result<Partition, Cancelled> {
     let mut model = Partition { labels: vec![-1; scene.len()], ..Partition::default() };
     // Whether there is nothing but surfaces.
-    let mut all = true;
-    let mut left = Left::of(scene.len());
+    let (mut all, mut left) = (true, Left::of(scene.len()));
     for pass in 0..PASSES.get() {
         // What surfaces leave of their own is more than what a whole cloud must have.
-        let least = families.policy.least;
-        if left.look(&model.labels)
-            < if pass == 0 { least } else { (OWN_LEFT.get() * least as f64) as usize }
-        {
+        let more = if pass == 0 { 1.0 } else { OWN_LEFT.get() };
+        if left.look(&model.labels) < (more * families.policy.least as f64) as usize {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
@@ -81,13 +78,7 @@ pub fn discover(
             model.thin = thin(&labels, chosen.len(), enough, SLIVERS.get());
             (chosen, labels)
         } else {
-            let few = families.with_least(LEFT.get());
-            let rest = left.scene(scene, families.sigma, monitor)?;
-            let found = left.hypotheses(&rest, &few, seed, &mut model.trials, monitor)?;
-            if rest.work.is_left() {
-                scene.work.leave();
-            }
-            choose(&rest, found, &few, model.shapes.len(), monitor)?
+            left.chosen(scene, families, seed, &mut model, monitor)?
         };
         if chosen.is_empty() || model.thin.is_some() {
             break;
@@ -144,6 +135,22 @@ impl Left {
         let mut rest = Scene::watched(points, monitor)?;
         rest.sharpen_normals(sigma);
         Ok(rest)
+    }
+
+    /// The hypotheses chosen among them, and their labels, which follow those of the model's surfaces.
+    fn chosen(
+        &mut self,
+        scene: &Scene,
+        families: &Families,
+        seed: u64,
+        model: &mut Partition,
+        monitor: &dyn Monitor,
+    ) -> Result<(Vec<Hypothesis>, Vec<i32>), Cancelled> {
+        let few = families.with_least(LEFT.get());
+        let rest = self.scene(scene, families.sigma, monitor)?;
+        let found = self.hypotheses(&rest, &few, seed, &mut model.trials, monitor)?;
+        scene.work.leave_with(&rest.work);
+        choose(&rest, found, &few, model.shapes.len(), monitor)
     }
 
     /// The sound hypotheses among them, from what has not been looked at in vain.

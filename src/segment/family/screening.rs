@@ -116,32 +116,12 @@ impl Families {
                 (thinned(patch.points, SCREEN.get()), thinned(patch.normals, SCREEN.get()));
             screen = Patch { points: &points, normals: &normals };
         }
-        let glance = thinned(screen.points, GLANCE.get());
-        let quadrics = LocalQuadrics::of(screen.points);
-        let near = |least: f64, m: usize| NEARBY.get() * least + SLACK.get() * m as f64;
         // What that BIC leaves a family of chi2 on m of the points.
         let useful = |f: Family, m: usize| {
             let left = self.chi2_of(most, f, n).max(0.0);
             near(left * m as f64 / n as f64, m)
         };
-        let mut seen: Vec<Shape> = warm.to_vec();
-        let mut tried: Vec<Vec<Scored>> = Vec::new();
-        let mut least = f64::INFINITY;
-        for &family in self.allowed.iter().take_while(|f| n > f.dof() + 3) {
-            if without.contains(&family) {
-                continue;
-            }
-            let m = glance.len();
-            let starts = self.starts(family, &screen, &seen, &quadrics);
-            let wanted = (2.0 * near(least, m)).min(useful(family, m));
-            let fits = self.promising(starts, &glance, f64::INFINITY, wanted);
-            if let Some(best) = fits.first() {
-                seen.push(best.shape);
-                least = least.min(best.chi2);
-                tried.push(fits);
-            }
-        }
-        tried.retain(|t| t[0].chi2 < 2.0 * near(least, glance.len()));
+        let tried = self.glanced(&screen, warm, without, useful);
         let all = n <= 2 * SCREEN.get();
         let mut screened: Vec<Scored> = Vec::new();
         let mut least = f64::INFINITY;
@@ -168,6 +148,38 @@ impl Families {
             )
         };
         screened.into_iter().filter_map(whole).collect()
+    }
+
+    /// The fits of every family that comes near the best on a few of the points, the better ones of each first; a chi2
+    /// above `useful` is of no use.
+    fn glanced(
+        &self,
+        patch: &Patch<'_>,
+        warm: &[Shape],
+        without: &[Family],
+        useful: impl Fn(Family, usize) -> f64,
+    ) -> Vec<Vec<Scored>> {
+        let few = thinned(patch.points, GLANCE.get());
+        let quadrics = LocalQuadrics::of(patch.points);
+        let mut seen: Vec<Shape> = warm.to_vec();
+        let mut tried: Vec<Vec<Scored>> = Vec::new();
+        let (mut least, m) = (f64::INFINITY, few.len());
+        let determined = |f: &&Family| patch.points.len() > f.dof() + 3;
+        for &family in self.allowed.iter().take_while(determined) {
+            if without.contains(&family) {
+                continue;
+            }
+            let starts = self.starts(family, patch, &seen, &quadrics);
+            let wanted = (2.0 * near(least, m)).min(useful(family, m));
+            let fits = self.promising(starts, &few, f64::INFINITY, wanted);
+            if let Some(best) = fits.first() {
+                seen.push(best.shape);
+                least = least.min(best.chi2);
+                tried.push(fits);
+            }
+        }
+        tried.retain(|t| t[0].chi2 < 2.0 * near(least, m));
+        tried
     }
 
     /// The best family for a patch but the `hopeless` ones, each fitted until it no longer moves; `None` where
@@ -242,6 +254,11 @@ impl Families {
         }
         best
     }
+}
+
+/// The chi2 on `m` points up to which a family comes near one with the `least`.
+fn near(least: f64, m: usize) -> f64 {
+    NEARBY.get() * least + SLACK.get() * m as f64
 }
 
 /// At most `m` of some values, evenly.

@@ -28,8 +28,31 @@ impl Work {
         self.left.store(true, Ordering::Relaxed);
     }
 
+    /// Notes what was left undone in a part of the scene.
+    pub fn leave_with(&self, part: &Self) {
+        if part.is_left() {
+            self.leave();
+        }
+    }
+
     /// Whether something was left undone.
     pub fn is_left(&self) -> bool {
         self.left.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_part_leaves_the_whole_leaves() {
+        let (whole, part) = (Work::default(), Work::default());
+        part.spend(7);
+        whole.leave_with(&part);
+        assert!(!whole.is_left() && part.done() == 7 && whole.done() == 0);
+        part.leave();
+        whole.leave_with(&part);
+        assert!(whole.is_left());
     }
 }
