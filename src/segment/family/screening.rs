@@ -10,6 +10,7 @@ use crate::fit::least_squares::{Options, fit};
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
+use crate::segment::objective::SOUND;
 
 constants! {
     /// Points that every family is first tried on where all are wanted.
@@ -18,8 +19,6 @@ constants! {
     START: usize = 160, Effort("points of one fit");
     /// Points that a start is first fitted to.
     GLANCE: usize = 80, Effort("points of one fit");
-    /// Reduced chi2 of those few beyond which a family is out where the first that explains all will do.
-    HOPELESS: f64 = 3.0, Effort("families that are not tried");
     /// A family comes near the best where its chi2 is below this many times that one's and [`SLACK`] a point; on the few
     /// points of a glance, below twice that.
     NEARBY: f64 = 1.5, Effort("families that are not tried");
@@ -76,11 +75,8 @@ impl Families {
             if let Some(few) = &few
                 && !starts.is_empty()
             {
-                starts = self
-                    .promising(starts, few, HOPELESS.get())
-                    .into_iter()
-                    .map(|s| s.shape)
-                    .collect();
+                starts =
+                    self.promising(starts, few, SOUND.get()).into_iter().map(|s| s.shape).collect();
                 if starts.is_empty() {
                     hopeless.push(family);
                 }

@@ -10,7 +10,8 @@ use crate::segment::family::{Families, Scored};
 use crate::segment::grow::start::{Start, nearest, start_set, starts};
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
-use crate::segment::judge::whiteness::{CHANCE, correlated, correlation};
+use crate::segment::judge::whiteness::{correlated, correlation};
+use crate::segment::objective::{CHANCE, GOOD, SURE};
 use crate::segment::prepare::scene::Scene;
 
 constants! {
@@ -20,12 +21,8 @@ constants! {
     THOROUGH_SAMPLE: usize = 1200, Effort("points of one fit");
     /// How often growth may end so.
     THOROUGH: usize = 3, Effort("thorough fits of one growth");
-    /// Support reaches this many sigmas from the surface.
-    REACH: f64 = 3.0, Trial(3.0, 3.0);
     /// Reduced chi2 up to which a surface may be the points'.
     FITS: f64 = 2.0, Trial(2.0, 2.0);
-    /// Reduced chi2 up to which a surface is good enough to be kept.
-    GOOD: f64 = 1.35, Trial(1.35, 1.35);
     /// Times that a support grows at most.
     TIMES: usize = 40, Effort("rounds of one growth");
     /// Correlation of residuals up to which growth may end, beside chance.
@@ -177,7 +174,7 @@ impl Growth<'_> {
     fn step(&mut self, min_points: usize) -> ControlFlow<()> {
         let shape = self.best.shape;
         let limit = (self.support.len() * 2).max(GROWTH.get());
-        let reach = REACH.get() * self.families.sigma;
+        let reach = SURE.get() * self.families.sigma;
         let next = self.walk.near(self.scene, &self.support, limit, &Ruler::of(&shape), reach);
         if next.len() < min_points.min(LOST.get()) {
             return ControlFlow::Break(());
@@ -247,7 +244,7 @@ impl Growth<'_> {
         if best.reduced < GOOD.get() {
             let ruler = Ruler::of(&best.shape);
             let support =
-                walk.near(scene, &support, usize::MAX, &ruler, REACH.get() * sigma).to_vec();
+                walk.near(scene, &support, usize::MAX, &ruler, SURE.get() * sigma).to_vec();
             good = Some((best.shape, support));
         }
         let (shape, support) = good?;

@@ -9,25 +9,16 @@ use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::Search;
 use crate::segment::judge::stability::judged;
+use crate::segment::objective::{CORRELATED, LITTLE, MOST};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
 constants! {
     /// Hypotheses after which the form of a scene is first judged.
     FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
-    /// Typical correlation of hypotheses from which on neighbours' residuals go together all over a scene: where noise
-    /// is independent, chance and those that bridge several surfaces leave it below 0.03.
-    COMMON: f64 = 0.05, Trial(0.05, 0.05);
-    /// The same of the first few hypotheses, of which more bridge.
-    CLEAR: f64 = 0.1, Trial(0.1, 0.1);
     /// Scatters at which surfaces are looked for, in steps of a factor of the square root of two from the noise
     /// between neighbours up.
     LEVELS: usize = 7, Effort("scatters tried");
-    /// Share of the points in hypotheses that are the same wherever they start, from which on a scatter is the
-    /// surfaces'.
-    STABLE: f64 = 0.8, Trial(0.8, 0.8);
-    /// The same below which the scene holds no surfaces.
-    LEAST: f64 = 0.1, Trial(0.1, 0.1);
     /// Seeds that tell whether a level is worth trying.
     LOOK: usize = 16, Effort("seeds tried");
 }
@@ -72,14 +63,17 @@ pub fn hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Looked, Cancelled> {
-    let clear =
-        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE.get() && typical(found) > CLEAR.get();
+    // Where noise is independent, chance and hypotheses that bridge several surfaces leave the typical correlation
+    // below 0.03; more of the first few bridge.
+    let clear = |found: &[Hypothesis]| {
+        found.len() >= FORM_SAMPLE.get() && typical(found) > 2.0 * CORRELATED.get()
+    };
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
-    if typical(&found) <= COMMON.get() {
+    if typical(&found) <= CORRELATED.get() {
         return Ok(Looked::Found(found, true));
     }
     let noise = families.sigma;
-    let (mut best, mut most) = (None, LEAST.get());
+    let (mut best, mut most) = (None, LITTLE.get());
     for level in 0..LEVELS.get() {
         let sigma = noise * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
@@ -96,21 +90,21 @@ pub fn hypotheses(
         if share > most {
             (best, most) = (Some(sigma), share);
         }
-        if share > STABLE.get() {
+        if share > MOST.get() {
             break;
         }
     }
-    if most <= STABLE.get() && !dense {
+    if most <= MOST.get() && !dense {
         return Ok(Looked::Doubtful);
     }
     let Some(sigma) = best else { return Ok(Looked::Found(Vec::new(), false)) };
     families.sigma = LEVEL * sigma;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
-    if most <= STABLE.get() {
+    if most <= MOST.get() {
         found = judged(scene, families, found);
     }
     families.common = typical(&found).max(0.0);
-    Ok(Looked::Found(found, most > STABLE.get()))
+    Ok(Looked::Found(found, most > MOST.get()))
 }
 
 /// Hypotheses judged at once.
@@ -122,7 +116,7 @@ fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) 
     let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
     let all = points(&found);
     let (mut looked, mut stable) = (0.0, 0.0);
-    while !found.is_empty() && looked - stable < (1.0 - STABLE.get()) * all {
+    while !found.is_empty() && looked - stable < (1.0 - MOST.get()) * all {
         let few: Vec<Hypothesis> = found.drain(..found.len().min(AT_ONCE)).collect();
         looked += points(&few);
         let sound = judged(scene, families, few).into_iter().filter(|h| h.sound);

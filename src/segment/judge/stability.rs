@@ -7,16 +7,13 @@ use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::search::MIN_SUPPORT;
 use crate::segment::grow::walk::Walk;
+use crate::segment::objective::MOST;
 use crate::segment::partition::members;
 use crate::segment::prepare::scene::Scene;
 
 constants! {
-    /// Growths from elsewhere in a set of points that tell whether it is a surface's.
+    /// Growths from elsewhere in a set of points, an odd number, most of which tell whether it is a surface's.
     REGROWN: usize = 5, Effort("growths of one set");
-    /// How many of them must end up the same.
-    ALIKE: usize = 3, Trial(3.0, 3.0);
-    /// Common share of two supports that are the same.
-    SAME: f64 = 0.75, Trial(0.75, 0.75);
 }
 
 /// The hypotheses, those sound that are the same wherever they start.
@@ -47,20 +44,21 @@ fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]
     }
     let mut own = points.to_vec();
     own.sort_unstable();
+    let half = REGROWN.get() / 2;
     let (mut alike, mut other) = (0, 0);
     for k in 0..REGROWN.get() {
         let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.get())] as usize;
         let grown = grow(scene, walk, families, seed, MIN_SUPPORT.get());
-        if grown.is_some_and(|h| common_share(&own, &h.support) > SAME.get()) {
+        if grown.is_some_and(|h| common_share(&own, &h.support) > MOST.get()) {
             alike += 1;
         } else {
             other += 1;
         }
-        if alike == ALIKE.get() || other > REGROWN.get() - ALIKE.get() {
+        if alike > half || other > half {
             break;
         }
     }
-    alike == ALIKE.get()
+    alike > half
 }
 
 /// Points in both of two sets over those in either; `sorted` rises.

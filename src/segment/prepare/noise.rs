@@ -18,18 +18,13 @@ constants! {
     /// Points that each of them has on average.
     POINTS_A_STEP: usize = 20, Trial(20.0, 20.0);
     /// One point in so many stays each time that a cloud is thinned.
-    THINNING: usize = 4, Trial(4.0, 4.0);
+    THINNING: usize = 4, Effort("rounds of thinning");
     /// Points that must stay.
-    LEAST_THINNED: usize = 256, Trial(256.0, 256.0);
-    /// Growth of the estimate by thinning from which on neighbourhoods still lie within the noise. In a volume it is
-    /// that of the spacing, 1.6.
-    GROWN: f64 = 1.2, Trial(1.2, 1.2);
+    LEAST_THINNED: usize = 256, Derived("16 neighbourhoods of 16 points");
     /// The 25 % quantile of chi2 with 10 degrees of freedom, over 10.
     CHI2_10_QUARTER: f64 = 0.6737, Derived("the quantile 6.737 of chi2 with 10 degrees of freedom, over 10");
     /// One point in so many tells whether the noise grows with the spacing.
-    SPARSE: usize = 8, Trial(8.0, 8.0);
-    /// Growth of the estimate among those beyond which it does; in a volume it is 2.
-    GROWS: f64 = 1.5, Trial(1.5, 1.5);
+    SPARSE: usize = 8, Derived("twice the spacing in a volume");
     /// Noise over the spacing from which on it is a good part of that.
     THICK: f64 = 0.15, Trial(0.15, 0.15);
     /// How many times smaller an estimate about robust planes is believed.
@@ -49,7 +44,13 @@ pub fn fills_volume(scene: &Scene, sigma: f64) -> bool {
         return false;
     }
     let thin = scene.part(scene.points.iter().step_by(SPARSE.get()).copied().collect());
-    own_estimate(&thin) > GROWS.get() * sigma
+    own_estimate(&thin) > half_grown(SPARSE.get()) * sigma
+}
+
+/// Half, in logs, of what the spacing grows by in a volume of which one point in so many stays: the noise grows as much
+/// there, and not at all on a surface.
+fn half_grown(thinning: usize) -> f64 {
+    (thinning as f64).powf(1.0 / 6.0)
 }
 
 /// Standard deviation of the points' noise along their normals.
@@ -84,7 +85,7 @@ fn thinned_estimate(scene: &Scene, sigma: f64) -> f64 {
         points = points.iter().step_by(THINNING.get()).copied().collect();
         let thin = scene.part(points);
         let next = own_estimate(&thin);
-        if next < GROWN.get() * last {
+        if next < half_grown(THINNING.get()) * last {
             return next.max(last);
         }
         (last, points) = (next, thin.points);

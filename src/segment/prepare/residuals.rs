@@ -13,14 +13,14 @@ constants! {
     /// Most neighbourhoods looked at.
     pub SAMPLE: usize = 2000, Effort("neighbourhoods looked at");
     /// Which of 16 distances from the best plane, in their order, tells a thin sheet from noise.
-    EIGHTH: usize = 8, Trial(8.0, 8.0);
+    EIGHTH: usize = 8, Derived("half of them lie on one side of the sheet");
     /// Which of 16 distances from the best plane, in their order, tells the noise on a thin sheet.
-    pub SEVENTH: usize = 7, Trial(7.0, 7.0);
+    pub SEVENTH: usize = 7, Derived("the last of half of them is often the other side's");
     /// Such a distance is taken for so many sigmas. The seventh of 16 half-normal ones lies near 0.56 sigma; that from the
     /// best of all planes lower.
     UNIT: f64 = 0.35, Trial(0.35, 0.35);
     /// One neighbourhood in so many must have a robust plane.
-    FEW: usize = 10, Trial(10.0, 10.0);
+    FEW: usize = 10, Derived("five deviations below a quarter, for a thousand points and more");
 }
 
 /// Neighbourhoods looked at between two looks at whether the work was cancelled.

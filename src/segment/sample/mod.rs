@@ -6,6 +6,7 @@ use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::discover::further;
 use crate::segment::label::{shares, spread};
+use crate::segment::objective::ENOUGH;
 use crate::segment::sample::discovery::{Discovery, discover, label_all};
 use crate::segment::{Monitor, Parameters, SegmentError, partition};
 
@@ -16,8 +17,6 @@ constants! {
     FINE: usize = 320_000, Effort("points of the densest sample");
     /// Points of the sample that every surface must have for the sample to count as dense enough.
     DENSE_ENOUGH: usize = 200, Effort("samples that are not made denser");
-    /// Unassigned points that may hold a surface.
-    LEFT: usize = 64, Trial(64.0, 64.0);
 }
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
@@ -82,7 +81,7 @@ fn judge(
     let labelled = spread::spread(points, &found.scene, &found.model, found.sigma, monitor)?;
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
-    let lacking = left.len() >= LEFT.get()
+    let lacking = left.len() >= ENOUGH.get()
         && further::holds_surface(&left, found.sigma, parameters, monitor)?;
     Ok(if lacking { Judged::Thin(0) } else { Judged::Enough(labelled) })
 }
