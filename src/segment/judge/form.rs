@@ -19,6 +19,9 @@ constants! {
     /// Scatters at which surfaces are looked for, in steps of a factor of the square root of two from the noise
     /// between neighbours up.
     LEVELS: usize = 7, Effort("scatters tried");
+    /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
+    /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
+    ROUGH: f64 = 0.05, Trial(0.05, 0.05);
     /// Seeds that tell whether a level is worth trying.
     LOOK: usize = 16, Effort("seeds tried");
 }
@@ -49,9 +52,9 @@ pub enum Looked {
     Doubtful,
 }
 
-/// The hypotheses of a scene. Where neighbours' residuals go together, those at the least scatter at which they are the
-/// same wherever they start; `families` then hold that scatter and what residuals have in common. None where there is
-/// no such scatter.
+/// The hypotheses of a scene. Where neighbours' residuals go together, or a good part of the points fits nothing at the
+/// noise in `families`, those at the least scatter at which they are the same wherever they start; `families` then hold
+/// that scatter and what residuals have in common. None where there is no such scatter.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -69,49 +72,93 @@ pub fn hypotheses(
         found.len() >= FORM_SAMPLE.get() && typical(found) > 2.0 * CORRELATED.get()
     };
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
-    if typical(&found) <= CORRELATED.get() {
+    let common = typical(&found) > CORRELATED.get();
+    let taken = if common { Vec::new() } else { taken(&found, scene.len()) };
+    let open = taken.iter().filter(|t| !**t).count();
+    if !common && (open as f64) < ROUGH.get() * scene.len() as f64 {
         return Ok(Looked::Found(found, true));
     }
-    let noise = families.sigma;
-    let (mut best, mut most) = (None, LITTLE.get());
-    for level in 0..LEVELS.get() {
-        let sigma = noise * LEVEL.powi(level as i32);
+    let at = scatter(scene, families, seed, &taken, trials, monitor)?;
+    if !common && at.share <= MOST.get() {
+        return Ok(Looked::Found(found, true));
+    }
+    if at.share <= MOST.get() && !dense {
+        return Ok(Looked::Doubtful);
+    }
+    let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
+    families.sigma = LEVEL * sigma;
+    let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
+    if at.share <= MOST.get() {
+        found = judged(scene, families, found);
+    }
+    families.common = Some(typical(&found)).filter(|c| *c > CORRELATED.get()).unwrap_or(0.0);
+    Ok(Looked::Found(found, at.share > MOST.get()))
+}
+
+/// Which of `n` points lie in a hypothesis.
+fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
+    let mut taken = vec![false; n];
+    found.iter().flat_map(|h| &h.support).for_each(|&i| taken[i as usize] = true);
+    taken
+}
+
+/// The scatter at which most of what is grown is the same wherever it starts.
+struct Scatter {
+    /// It, or that at which the most is; none where next to nothing is at any.
+    sigma: Option<f64>,
+    /// Share of the grown points that is.
+    share: f64,
+}
+
+/// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
+/// scene's.
+fn scatter(
+    scene: &Scene,
+    families: &Families,
+    seed: u64,
+    taken: &[bool],
+    trials: &mut (usize, usize),
+    monitor: &dyn Monitor,
+) -> Result<Scatter, Cancelled> {
+    let mut best = Scatter { sigma: None, share: LITTLE.get() };
+    let first = usize::from(!taken.is_empty());
+    for level in first..LEVELS.get() {
+        let sigma = families.sigma * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
-        let search = Search::new(scene, &looser, seed ^ level as u64);
-        let mut share = 0.0;
-        // Of freeform none is: the first few tell.
-        for few in [AT_ONCE, LOOK.get()] {
-            let few = Search { most: few, ..search }.run(trials, |_| false, monitor)?;
-            share = stable_share(scene, &looser, few);
-            if share == 0.0 {
-                break;
-            }
+        let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
+        let mut look = |most: usize| -> Result<f64, Cancelled> {
+            let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
+            let part = most as f64 / LOOK.get() as f64;
+            let rough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
+            Ok(if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 })
+        };
+        // Of freeform none is, and by outliers few points are won: the first few seeds tell.
+        if look(AT_ONCE)? == 0.0 {
+            continue;
         }
-        if share > most {
-            (best, most) = (Some(sigma), share);
+        let share = look(LOOK.get())?;
+        if share > best.share {
+            best = Scatter { sigma: Some(sigma), share };
         }
         if share > MOST.get() {
             break;
         }
     }
-    if most <= MOST.get() && !dense {
-        return Ok(Looked::Doubtful);
-    }
-    let Some(sigma) = best else { return Ok(Looked::Found(Vec::new(), false)) };
-    families.sigma = LEVEL * sigma;
-    let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
-    if most <= MOST.get() {
-        found = judged(scene, families, found);
-    }
-    families.common = typical(&found).max(0.0);
-    Ok(Looked::Found(found, most > MOST.get()))
+    Ok(best)
 }
 
 /// Hypotheses judged at once.
 const AT_ONCE: usize = 4;
 
+/// Points in hypotheses that were not `taken` before.
+fn newly(found: &[Hypothesis], taken: &[bool]) -> usize {
+    let mut all = taken.to_vec();
+    let of = found.iter().flat_map(|h| &h.support).map(|&i| i as usize);
+    of.filter(|&i| all.get_mut(i).is_some_and(|t| !std::mem::replace(t, true))).count()
+}
+
 /// Share of the points in hypotheses that is in those which are the same wherever they start. As many are judged as it
-/// takes to tell that it is not [`STABLE`].
+/// takes to tell that it is not [`MOST`].
 fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> f64 {
     let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
     let all = points(&found);
