@@ -80,9 +80,6 @@ constants! {
     NARROWER: f64 = 0.25, Effort("fits on the way");
     /// Steps of each fit on the way.
     APPROACH: usize = 8, Effort("steps of one fit");
-    /// Typical residual, over Cauchy's constant, of points that no surface of the family comes near: with an outlier
-    /// among eight points it comes to that only where the constant is a hundred-millionth of them.
-    AWAY: f64 = 10.0, Trial(10.0, 10.0);
     /// Residuals this many times Cauchy's constant are more than noise.
     BEYOND: f64 = 0.5, Trial(0.5, 0.5);
 }
@@ -114,7 +111,7 @@ fn approach(start: &Shape, points: &Columns, cut: f64) -> Approach {
         let (next, left) = descend(&shape, points, &options);
         shape = next;
         let residual = typical(left / points.total, wide);
-        if residual > AWAY.get() {
+        if residual > FAR.get() {
             return Approach::Far(shape, cost(&shape, points, cauchy(cut)));
         }
         wide *= residual.min(NARROWER.get());

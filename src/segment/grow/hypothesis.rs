@@ -11,7 +11,7 @@ use crate::segment::grow::start::{Start, nearest, start_set, starts};
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::judge::whiteness::{correlated, correlation};
-use crate::segment::objective::{CHANCE, GOOD, SURE};
+use crate::segment::objective::{CHANCE, FEW, GOOD, SURE};
 use crate::segment::prepare::scene::Scene;
 
 constants! {
@@ -29,8 +29,6 @@ constants! {
     WHITE: f64 = 0.08, Trial(0.08, 0.08);
     /// Points that a growing support may have at least.
     GROWTH: usize = 40, Effort("points of the first rounds");
-    /// Points below which a support has slid off its surface.
-    LOST: usize = 20, Trial(20.0, 20.0);
     /// Growth of a support below which it has stalled.
     STALLED: f64 = 1.05, Effort("rounds of one growth");
     /// Steps of a fit that goes on.
@@ -176,7 +174,8 @@ impl Growth<'_> {
         let limit = (self.support.len() * 2).max(GROWTH.get());
         let reach = SURE.get() * self.families.sigma;
         let next = self.walk.near(self.scene, &self.support, limit, &Ruler::of(&shape), reach);
-        if next.len() < min_points.min(LOST.get()) {
+        // So few have slid off their surface.
+        if next.len() < min_points.min(FEW.get()) {
             return ControlFlow::Break(());
         }
         let stalled = (next.len() as f64) < STALLED.get() * self.support.len() as f64;

@@ -7,7 +7,7 @@ use crate::segment::prepare::scene::Scene;
 
 constants! {
     /// Neighbours whose residuals are compared with a point's.
-    AROUND: usize = 6, Trial(6.0, 6.0);
+    AROUND: usize = 6, Derived("a point has six neighbours in a triangulation of a surface");
     /// Points whose residuals are compared with their neighbours'.
     SAMPLE: usize = 600, Effort("points looked at");
 }

@@ -1,6 +1,7 @@
 //! The noise of a cloud, from the scatter about local graph quadrics.
 
 use crate::fit::constant::constants;
+use crate::segment::objective::FEW;
 use crate::segment::prepare::residuals::{SAMPLE, WATCHED, quartile};
 use rayon::prelude::*;
 
@@ -15,8 +16,6 @@ constants! {
     pub VOLUME: f64 = 0.12, Trial(0.12, 0.12);
     /// Steps that a coordinate that comes in steps has at least.
     LEAST_STEPS: usize = 50, Trial(50.0, 50.0);
-    /// Points that each of them has on average.
-    POINTS_A_STEP: usize = 20, Trial(20.0, 20.0);
     /// One point in so many stays each time that a cloud is thinned.
     THINNING: usize = 4, Effort("rounds of thinning");
     /// Points that must stay.
@@ -116,7 +115,7 @@ fn comes_in_steps(scene: &Scene, scatter: f64) -> bool {
             .map(|w| w[1] - w[0])
             .filter(|d| *d > NO_STEP.get() * scatter)
             .collect();
-        if steps.len() < LEAST_STEPS.get() || steps.len() * POINTS_A_STEP.get() > values.len() {
+        if steps.len() < LEAST_STEPS.get() || steps.len() * FEW.get() > values.len() {
             return false;
         }
         let mid = steps.len() / 2;

@@ -15,7 +15,7 @@ constants! {
     /// Points looked at; with more, every n-th stands for the rest.
     SAMPLE: usize = 50_000, Effort("points looked at");
     /// Fewer points than this in one place are isolated.
-    ISOLATED: usize = 10, Trial(10.0, 10.0);
+    ISOLATED: usize = 10, Derived("what the word is to mean");
 }
 
 /// Why a point has no region.
