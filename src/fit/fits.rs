@@ -1,7 +1,8 @@
 //! Starts and fits of every family on noisy patches, against the truth and the Cramer-Rao bound.
 
 use super::least_squares::{Options, fit};
-use super::starts::{self, LocalQuadric, Patch};
+use super::local_quadric::{LocalQuadric, LocalQuadrics};
+use super::starts::{self, Patch};
 use super::{Family, Shape};
 use crate::geometry::Vec3;
 
@@ -102,9 +103,11 @@ fn noisy(shape: &Shape, exact: &[Vec3], random: &mut Random) -> (Vec<Vec3>, Vec<
 /// The starts of a family.
 fn cold(family: Family, patch: &Patch<'_>) -> Vec<Shape> {
     let points = patch.points;
-    let (taubin, specific) = starts::quadrics(points);
-    let axes = starts::cylinder_axes(patch, taubin.as_ref());
-    let ellipsoids = [&taubin, &specific].map(|q| q.as_ref().and_then(LocalQuadric::ellipsoid));
+    let quadrics = LocalQuadrics::of(points);
+    let axes = starts::cylinder_axes(patch, quadrics.taubin());
+    let specific = quadrics.specific();
+    let both = [quadrics.taubin(), specific.as_ref()];
+    let ellipsoids = both.map(|q| q.and_then(LocalQuadric::ellipsoid));
     match family {
         Family::Plane => starts::plane(points).into_iter().collect(),
         Family::Sphere => starts::sphere(points).into_iter().collect(),

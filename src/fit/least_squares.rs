@@ -40,16 +40,30 @@ pub fn fit(start: &Shape, points: &[Vec3], weights: Option<&[f64]>, o: &Options)
     fit_columns(start, &Columns::of(points, weights), o)
 }
 
+/// [`fit`] to points without weights that is of use only where the squared distances, those of outliers not counted as
+/// more than four of its sigmas, add up to at most `most`: it ends once its steps hardly lead there. What it then
+/// returns is no worse than the start.
+pub fn fit_below(start: &Shape, points: &[Vec3], o: &Options, most: f64) -> Option<Fitted> {
+    if points.len() <= start.family.dof() {
+        return None;
+    }
+    fit_columns_below(start, &Columns::of(points, None), o, most)
+}
+
 /// [`fit`] to points in columns relative to their centroid.
 pub fn fit_columns(start: &Shape, points: &Columns, o: &Options) -> Option<Fitted> {
+    fit_columns_below(start, points, o, f64::INFINITY)
+}
+
+fn fit_columns_below(start: &Shape, points: &Columns, o: &Options, most: f64) -> Option<Fitted> {
     if points.count <= start.family.dof() || !start.is_proper() || points.total <= 0.0 {
         return None;
     }
     let start = start.translated(&-points.origin);
     let near = o.cauchy.map_or(Approach::Near, |cut| approach(&start, points, cut));
     let (shape, least) = match near {
-        Approach::Near => descend(&start, points, o),
-        Approach::Nearer(shape) => descend(&shape, points, o),
+        Approach::Near => descend(&start, points, o, most),
+        Approach::Nearer(shape) => descend(&shape, points, o, most),
         Approach::Far(shape, least) => (shape, least),
     };
     let mean_sq = least / points.total;
@@ -80,6 +94,8 @@ constants! {
     NARROWER: f64 = 0.25, Effort("fits on the way");
     /// Steps of each fit on the way.
     APPROACH: usize = 8, Effort("steps of one fit");
+    /// Steps in a row after which a fit whose gains do not lead to what is wanted gives up.
+    VAIN: usize = 2, Effort("steps of one fit");
     /// Residuals this many times Cauchy's constant are more than noise.
     BEYOND: f64 = 0.5, Trial(0.5, 0.5);
 }
@@ -108,7 +124,7 @@ fn approach(start: &Shape, points: &Columns, cut: f64) -> Approach {
     let mut shape = *start;
     while wide > cut && wide.is_finite() {
         let options = Options { cauchy: Some(wide), steps: APPROACH.get(), tolerance: 0.1 };
-        let (next, left) = descend(&shape, points, &options);
+        let (next, left) = descend(&shape, points, &options, f64::INFINITY);
         shape = next;
         let residual = typical(left / points.total, wide);
         if residual > FAR.get() {
@@ -130,7 +146,10 @@ fn typical(mean_loss: f64, cut: f64) -> f64 {
 const FREE: f64 = 1e-9;
 
 /// Steps from `start` while the cost falls; the best shape and its cost. The points' centroid is zero.
-fn descend(start: &Shape, points: &Columns, o: &Options) -> (Shape, f64) {
+///
+/// Where the last steps' gains, were all that are left like them, would leave more than `most` of the truncated squares,
+/// it gives up.
+fn descend(start: &Shape, points: &Columns, o: &Options, most: f64) -> (Shape, f64) {
     let loss = o.cauchy.map_or(Loss::Squares, cauchy);
     // Small steps far from the points are those of a valley that damping makes long.
     let far = |cost: f64| o.cauchy.is_some_and(|c| typical(cost / points.total, c) > BEYOND.get());
@@ -138,6 +157,7 @@ fn descend(start: &Shape, points: &Columns, o: &Options) -> (Shape, f64) {
     let mut here = linearise(&shape, points, loss);
     let moments = Moments(points.products());
     let mut damping = LEAST_DAMPING;
+    let mut vain = 0;
     for step in 1..=o.steps {
         let next =
             here.normal.damped_step(&shape, damping, &moments).map(|s| s.recentred(&Vec3::zeros()));
@@ -162,6 +182,11 @@ fn descend(start: &Shape, points: &Columns, o: &Options) -> (Shape, f64) {
                 }
                 damping *= 1e-3;
             }
+            let left = here.truncated * (1.0 - gain).powi((o.steps - step) as i32);
+            vain = if left > most { vain + 1 } else { 0 };
+            if vain == VAIN.get() {
+                break;
+            }
         } else {
             damping = (damping * 8.0).max(FIRST_DAMPING);
             if damping > MOST_DAMPING {
@@ -170,4 +195,35 @@ fn descend(start: &Shape, points: &Columns, o: &Options) -> (Shape, f64) {
         }
     }
     (shape, here.cost)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fits::Random;
+    use super::super::shape::Family;
+    use super::*;
+
+    #[test]
+    fn a_fit_that_leads_nowhere_near_what_is_wanted_gives_up_and_others_are_the_same() {
+        let mut random = Random::new(9);
+        let sigma = 0.01;
+        let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::z(), [5.0, 0.0, 0.0]);
+        let start = Shape { size: [4.0, 0.0, 0.0], origin: Vec3::new(0.4, 0.0, 0.0), ..shape };
+        let mut points = |bend: f64| -> Vec<Vec3> {
+            let at = |_| {
+                let (t, z) = (random.uniform(-1.0, 1.0), random.uniform(-3.0, 3.0));
+                let r = 5.0 + bend * z * z + sigma * random.normal();
+                Vec3::new(r * t.cos(), r * t.sin(), z)
+            };
+            (0..60).map(at).collect()
+        };
+        let options = Options { cauchy: Some(2.5 * sigma), steps: 14, tolerance: 1e-3 };
+        let most = 2.0 * 55.0 * sigma * sigma;
+        let (good, bad) = (points(0.0), points(0.05));
+        let whole = fit(&start, &good, None, &options).unwrap();
+        assert_eq!(fit_below(&start, &good, &options, most).unwrap().shape, whole.shape);
+        let steps = |steps: usize| fit(&start, &bad, None, &Options { steps, ..options }).unwrap();
+        let given_up = fit_below(&start, &bad, &options, most).unwrap();
+        assert!(given_up.mean_sq <= steps(2).mean_sq && given_up.mean_sq > steps(14).mean_sq);
+    }
 }

@@ -20,6 +20,8 @@ use super::shape::{MAX_DOF, Shape};
 pub struct Evaluated {
     /// Sum of the losses by weight.
     pub cost: f64,
+    /// Sum of the squares by weight, of points that a robust loss counts as outliers no more than a limit each.
+    pub truncated: f64,
     /// The normal equations.
     pub normal: Normal,
 }
@@ -77,7 +79,8 @@ fn run<const P: usize>(
         }
         from = to;
     }
-    Evaluated { cost: robust.total(), normal: normal::<P>(&parts, points.total) }
+    let truncated = robust.truncated();
+    Evaluated { truncated, cost: robust.total(), normal: normal::<P>(&parts, points.total) }
 }
 
 /// Distances and derivatives of a chunk of points.

@@ -23,8 +23,14 @@ pub(super) struct Robust {
     /// logarithm a point would take longer than all the rest.
     product: [f64; LANES],
     logs: f64,
+    /// Of Cauchy's loss the sum of the squares over c2, none counted as more than [`TRUNCATED`].
+    truncated: [f64; LANES],
     weight: [f64; CHUNK],
 }
+
+/// Square over Cauchy's constant squared beyond which a point counts as no worse: four sigmas where the constant is
+/// two and a half.
+const TRUNCATED: f64 = 2.56;
 
 /// Products beyond this are put away as their logs: the next factor must not make them overflow.
 const LARGE: f64 = 1e100;
@@ -33,7 +39,8 @@ impl Robust {
     /// Of nothing yet; `uneven` where weights are others than 0 and 1.
     pub(super) fn new(loss: Loss, uneven: bool) -> Self {
         let (squares, product) = ([0.0; LANES], [1.0; LANES]);
-        Self { loss, uneven, squares, product, logs: 0.0, weight: [0.0; CHUNK] }
+        let truncated = [0.0; LANES];
+        Self { loss, uneven, squares, product, logs: 0.0, truncated, weight: [0.0; CHUNK] }
     }
 
     /// Adds the losses of a chunk; its points' weights.
@@ -52,6 +59,11 @@ impl Robust {
                 let own = &mut self.weight[..d.len()];
                 for ((own, d), w) in own.iter_mut().zip(d).zip(given) {
                     *own = *w / (1.0 + d * d * inverse);
+                }
+                for (d, w) in d.chunks_exact(LANES).zip(given.chunks_exact(LANES)) {
+                    for l in 0..LANES {
+                        self.truncated[l] += w[l] * (d[l] * d[l] * inverse).min(TRUNCATED);
+                    }
                 }
                 if self.uneven {
                     for (d, w) in d.iter().zip(given) {
@@ -84,6 +96,14 @@ impl Robust {
         for p in &mut self.product {
             self.logs += p.ln();
             *p = 1.0;
+        }
+    }
+
+    /// Sum of the squares, of Cauchy's loss none beyond four sigmas.
+    pub(super) fn truncated(&self) -> f64 {
+        match self.loss {
+            Loss::Squares => sum(&self.squares),
+            Loss::Cauchy(inverse) => sum(&self.truncated) / inverse,
         }
     }
 

@@ -3,19 +3,24 @@
 
 mod columns;
 pub mod constant;
+mod constrained;
 pub(crate) mod covariance;
 mod direct;
+mod eigen;
 #[cfg(test)]
 pub(crate) mod fits;
 pub(crate) mod general;
 mod kernels;
 pub mod least_squares;
 mod linearised;
+pub mod local_quadric;
 mod loss;
+mod near_quadric;
 mod normal;
 mod rcond;
 pub(crate) mod retraction;
 mod ruler;
+mod scaled;
 mod scatter;
 mod section;
 mod shape;
@@ -25,6 +30,7 @@ mod taubin;
 pub use covariance::Spread;
 pub use direct::{direct_fit, direct_fit_through};
 pub use general::general_fit;
+pub use near_quadric::may_hold;
 pub use rcond::Condition;
 pub use ruler::Ruler;
 pub use scatter::{Matrix10, Scatter, Vector10, features};

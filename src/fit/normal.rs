@@ -70,40 +70,51 @@ impl Normal {
         self.solve(p, damping).and_then(|d| retracted(shape, &d[..p], moments))
     }
 
-    /// Solves (A + damping diag A) x = -b for the lower triangle of A by Cholesky; `None` where not
-    /// positive definite.
+    /// Solves (A + damping diag A) x = -b for the lower triangle of A; `None` where not positive definite.
     fn solve(&self, p: usize, damping: f64) -> Option<[f64; MAX_DOF]> {
-        let (a, b) = (&self.jj, &self.jr);
-        let mut l = [[0.0; MAX_DOF]; MAX_DOF];
-        let top = (0..p).map(|i| a[i][i]).fold(0.0, f64::max);
-        for i in 0..p {
-            for j in 0..=i {
-                let mut s = a[i][j];
-                if i == j {
-                    s += damping * a[i][i] + 1e-14 * top;
+        match p {
+            3 => self.solve_of::<3>(damping),
+            4 => self.solve_of::<4>(damping),
+            5 => self.solve_of::<5>(damping),
+            6 => self.solve_of::<6>(damping),
+            7 => self.solve_of::<7>(damping),
+            _ => self.solve_of::<MAX_DOF>(damping),
+        }
+    }
+
+    /// [`solve`](Self::solve) of `P` unknowns by A = LDL'.
+    fn solve_of<const P: usize>(&self, damping: f64) -> Option<[f64; MAX_DOF]> {
+        let mut a: [[f64; P]; P] = std::array::from_fn(|i| std::array::from_fn(|j| self.jj[i][j]));
+        let mut x: [f64; P] = std::array::from_fn(|i| -self.jr[i]);
+        let top = (0..P).map(|i| a[i][i]).fold(0.0, f64::max);
+        let mut inverse = [0.0; P];
+        for i in 0..P {
+            a[i][i] += damping * a[i][i] + 1e-14 * top;
+        }
+        for k in 0..P {
+            let d = a[k][k];
+            if d <= 0.0 || !d.is_finite() {
+                return None;
+            }
+            inverse[k] = 1.0 / d;
+            for i in k + 1..P {
+                let factor = a[i][k] * inverse[k];
+                for j in k + 1..=i {
+                    a[i][j] -= factor * a[j][k];
                 }
-                for k in 0..j {
-                    s -= l[i][k] * l[j][k];
-                }
-                if i == j {
-                    if s <= 0.0 || !s.is_finite() {
-                        return None;
-                    }
-                    l[i][i] = s.sqrt();
-                } else {
-                    l[i][j] = s / l[j][j];
-                }
+                x[i] -= factor * x[k];
             }
         }
-        let mut x = [0.0; MAX_DOF];
-        for i in 0..p {
-            let s: f64 = (0..i).map(|k| l[i][k] * x[k]).sum();
-            x[i] = (-b[i] - s) / l[i][i];
+        // The columns of the triangle still hold L times D.
+        for k in (0..P).rev() {
+            let mut s = x[k];
+            for i in k + 1..P {
+                s -= a[i][k] * x[i];
+            }
+            x[k] = s * inverse[k];
         }
-        for i in (0..p).rev() {
-            let s: f64 = (i + 1..p).map(|k| l[k][i] * x[k]).sum();
-            x[i] = (x[i] - s) / l[i][i];
-        }
-        Some(x)
+        let mut out = [0.0; MAX_DOF];
+        out[..P].copy_from_slice(&x);
+        Some(out)
     }
 }

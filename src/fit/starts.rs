@@ -5,6 +5,10 @@
 
 use nalgebra::{Matrix2, SMatrix, SVector, SymmetricEigen, Vector2};
 
+use super::constrained::constrained_minimiser;
+use super::eigen::smallest;
+use super::local_quadric::LocalQuadric;
+use super::scaled::Scaled;
 use super::shape::{Family, Shape};
 use crate::geometry::{Mat3, Vec3, perpendicular_frame};
 
@@ -23,43 +27,6 @@ fn eigen3(m: &Mat3) -> ([f64; 3], [Vec3; 3]) {
     let mut k = [0, 1, 2];
     k.sort_by(|&a, &b| e.eigenvalues[a].total_cmp(&e.eigenvalues[b]));
     (k.map(|i| e.eigenvalues[i]), k.map(|i| e.eigenvectors.column(i).into_owned()))
-}
-
-/// Eigenvector of the largest eigenvalue of L^-1 C L^-T carried back, for positive definite M = LL':
-/// the minimiser of a'Ma subject to a'Ca = 1.
-fn constrained_minimiser<const D: usize>(
-    m: &SMatrix<f64, D, D>,
-    c: &SMatrix<f64, D, D>,
-) -> Option<SVector<f64, D>> {
-    let top = (0..D).map(|i| m[(i, i)]).fold(0.0, f64::max);
-    let ridge = SMatrix::<f64, D, D>::identity() * (1e-13 * top);
-    let dynamic = nalgebra::DMatrix::from_fn(D, D, |i, j| m[(i, j)] + ridge[(i, j)]);
-    let l = dynamic.cholesky()?.l();
-    let inverse = l.solve_lower_triangular(&nalgebra::DMatrix::identity(D, D))?;
-    let c = nalgebra::DMatrix::from_fn(D, D, |i, j| c[(i, j)]);
-    let b = &inverse * c * inverse.transpose();
-    let e = ((&b + b.transpose()) * 0.5).symmetric_eigen();
-    let k = e.eigenvalues.imax();
-    let y = inverse.transpose() * e.eigenvectors.column(k);
-    Some(SVector::from_fn(|i, _| y[i]))
-}
-
-/// Points moved to their centroid and scaled to unit root mean square.
-struct Scaled {
-    centroid: Vec3,
-    scale: f64,
-}
-
-impl Scaled {
-    fn of(points: &[Vec3]) -> Self {
-        let n = points.len() as f64;
-        let centroid = points.iter().sum::<Vec3>() / n;
-        let sq: f64 = points.iter().map(|p| (p - centroid).norm_squared()).sum();
-        Self { centroid, scale: (sq / n).sqrt().max(1e-300) }
-    }
-    fn to(&self, p: &Vec3) -> Vec3 {
-        (p - self.centroid) / self.scale
-    }
 }
 
 fn covariance(points: impl Iterator<Item = Vec3> + Clone) -> (Vec3, Mat3) {
@@ -106,12 +73,7 @@ fn round<const D: usize, const E: usize>(
         });
         m += f * f.transpose();
     }
-    if !m.iter().all(|v| v.is_finite()) {
-        return None;
-    }
-    let dynamic = nalgebra::DMatrix::from_fn(E, E, |i, j| m[(i, j)]);
-    let e = dynamic.symmetric_eigen();
-    let least = e.eigenvectors.column(e.eigenvalues.imin());
+    let least = smallest(&m)?;
     let a = least[D] / unit;
     let centre = SVector::<f64, D>::from_fn(|i, _| -0.5 * least[i] / a);
     let radius = (sq_mean + centre.norm_squared()).sqrt();
@@ -265,112 +227,4 @@ fn torus_about(s: &Scaled, points: &[Vec3], complex: &SVector<f64, 6>) -> Option
     let origin = s.centroid + (foot + w * c.y) * s.scale;
     let shape = Shape::with_axis(Family::Torus, origin, w, [c.x * s.scale, r * s.scale, 0.0]);
     (shape.is_proper() && c.x < 1e3 && r < 1e3).then_some(shape)
-}
-
-/// A general quadric in the patch's centred and scaled frame.
-pub struct LocalQuadric {
-    /// Quadratic part.
-    pub e: Mat3,
-    linear: Vec3,
-    constant: f64,
-    scaled: Scaled,
-}
-
-impl LocalQuadric {
-    fn new(a: &[f64], constant: f64, scaled: Scaled) -> Self {
-        let e = Mat3::new(
-            a[0],
-            a[3] / 2.0,
-            a[5] / 2.0,
-            a[3] / 2.0,
-            a[1],
-            a[4] / 2.0,
-            a[5] / 2.0,
-            a[4] / 2.0,
-            a[2],
-        );
-        Self { e, linear: Vec3::new(a[6], a[7], a[8]), constant, scaled }
-    }
-
-    /// The ellipsoid it is; `None` where its quadratic part is not definite.
-    pub fn ellipsoid(&self) -> Option<Shape> {
-        let centre = -self.e.try_inverse()? * self.linear / 2.0;
-        let value = (self.e * centre + self.linear).dot(&centre) + self.constant;
-        let eig = SymmetricEigen::new(self.e / -value);
-        let size: [f64; 3] = [0, 1, 2].map(|i| 1.0 / eig.eigenvalues[i].sqrt() * self.scaled.scale);
-        if !size.iter().all(|s| s.is_finite() && *s > 0.0) {
-            return None;
-        }
-        let mut frame = eig.eigenvectors;
-        if frame.determinant() < 0.0 {
-            frame.column_mut(0).neg_mut();
-        }
-        let origin = self.scaled.centroid + centre * self.scaled.scale;
-        Some(Shape { family: Family::Ellipsoid, origin, frame, size })
-    }
-}
-
-fn features(q: &Vec3) -> SVector<f64, 9> {
-    SVector::from([q.x * q.x, q.y * q.y, q.z * q.z, q.x * q.y, q.y * q.z, q.x * q.z, q.x, q.y, q.z])
-}
-
-/// Scatter of the nine features about their mean, their mean, and Taubin's gradient matrix.
-fn quadric_sums(
-    s: &Scaled,
-    points: &[Vec3],
-) -> (SMatrix<f64, 9, 9>, SVector<f64, 9>, SMatrix<f64, 9, 9>) {
-    let mut sum = SVector::<f64, 9>::zeros();
-    let mut scatter = SMatrix::<f64, 9, 9>::zeros();
-    let mut gradient = SMatrix::<f64, 9, 9>::zeros();
-    for p in points {
-        let q = s.to(p);
-        let f = features(&q);
-        sum += f;
-        scatter += f * f.transpose();
-        for d in 0..3 {
-            let mut g = SVector::<f64, 9>::zeros();
-            g[d] = 2.0 * q[d];
-            g[3] = [q.y, q.x, 0.0][d];
-            g[4] = [0.0, q.z, q.y][d];
-            g[5] = [q.z, 0.0, q.x][d];
-            g[6 + d] = 1.0;
-            gradient += g * g.transpose();
-        }
-    }
-    let n = points.len() as f64;
-    let mean = sum / n;
-    (scatter - mean * mean.transpose() * n, mean, gradient)
-}
-
-/// Taubin's quadric and Li and Griffiths' ellipsoid-specific one.
-pub fn quadrics(points: &[Vec3]) -> (Option<LocalQuadric>, Option<LocalQuadric>) {
-    let s = Scaled::of(points);
-    let (scatter, mean, gradient) = quadric_sums(&s, points);
-    let wrap = |a: SVector<f64, 9>, s: Scaled| {
-        let constant = -mean.dot(&a);
-        LocalQuadric::new(a.as_slice(), constant, s)
-    };
-    let taubin = constrained_minimiser(&scatter, &gradient).map(|a| wrap(a, Scaled { ..s }));
-    let specific = (|| {
-        let a = scatter.fixed_view::<6, 6>(0, 0).into_owned();
-        let b = scatter.fixed_view::<6, 3>(0, 6).into_owned();
-        let c = scatter.fixed_view::<3, 3>(6, 6).into_owned();
-        let t = c.cholesky()?.inverse() * b.transpose();
-        let m = a - b * t;
-        // 4 J - I2 in terms of (a, b, c, and twice the mixed terms)
-        let k = 4.0;
-        let o = k / 2.0 - 1.0;
-        let mut con = SMatrix::<f64, 6, 6>::zeros();
-        for i in 0..3 {
-            for j in 0..3 {
-                con[(i, j)] = if i == j { -1.0 } else { o };
-            }
-            con[(3 + i, 3 + i)] = -k / 4.0;
-        }
-        let q = constrained_minimiser(&m, &con)?;
-        let l = -t * q;
-        let all = SVector::<f64, 9>::from_fn(|i, _| if i < 6 { q[i] } else { l[i - 6] });
-        Some(wrap(all, Scaled { ..s }))
-    })();
-    (taubin, specific)
 }

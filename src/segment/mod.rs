@@ -48,6 +48,6 @@ pub use parameters::{
 pub use pipeline::{LARGEST_COORDINATE, SMALLEST_EXTENT, SegmentError, segment};
 pub use rcond::grow::PoolError;
 pub use result::{
-    Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Segmentation, Unassigned,
-    Uncertainty,
+    Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Sampling, SamplingKind,
+    Segmentation, Unassigned, Uncertainty, Warning,
 };

@@ -19,6 +19,48 @@ pub struct Segmentation {
     pub unassigned: Unassigned,
     /// How much work the method did.
     pub counters: Counters,
+    /// How the points lie beside each other; none under `rcond`.
+    pub sampling: Option<Sampling>,
+    /// What of the input limits the answer.
+    pub warnings: Vec<Warning>,
+}
+
+/// How a cloud was sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct Sampling {
+    /// How points lie beside each other.
+    pub kind: SamplingKind,
+    /// Median distance of a point from the nearest one, in the input's unit: along a scan line where points lie on
+    /// some. 0 where there are no two points.
+    pub along: f64,
+    /// Median distance from the nearest one about at right angles to that: to the next line. 0 where there is none.
+    pub across: f64,
+    /// The even step in which each coordinate comes (decimals, voxels, floating point far from the origin); 0 where it
+    /// comes in none.
+    pub steps: [f64; 3],
+}
+
+/// How points lie beside each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SamplingKind {
+    /// In no order.
+    Scattered,
+    /// On lines, much closer along these than across.
+    ScanLines,
+    /// On lines in two directions.
+    Grid,
+    /// At the places of a lattice along the axes, as voxels are.
+    Lattice,
+}
+
+/// Something of the input that limits the answer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct Warning {
+    /// What it is: `rows_apart`, `coordinate_steps`, `noise_above_spacing`. More may come.
+    pub code: String,
+    /// The same in words, with the lengths in question.
+    pub message: String,
 }
 
 /// One surface and its points.
@@ -122,6 +164,9 @@ pub struct Uncertainty {
 pub struct Fit {
     /// Root mean square.
     pub rms: f64,
+    /// The noise of this region's points: 1.4826 times the median distance, which a few outliers don't change.
+    #[serde(default)]
+    pub noise: f64,
     /// Largest.
     pub max: f64,
     /// Points the final fit used.

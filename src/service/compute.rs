@@ -105,6 +105,8 @@ fn document(cloud: &PointCloud, found: Segmentation, input: Input, timing: Timin
         parameters: found.parameters,
         regions: found.regions,
         labels: Some(cloud.labels_in_input_order(found.labels)),
+        sampling: found.sampling,
+        warnings: found.warnings,
         counters: found.counters,
         timing,
     }

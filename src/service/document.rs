@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::segment::{Counters, Parameters, Region};
+use crate::segment::{Counters, Parameters, Region, Sampling, Warning};
 
 /// The result of a segmentation, as it is told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -23,6 +23,12 @@ pub struct Document {
     pub labels: Option<Vec<i32>>,
     /// The points without a region, skipped ones included.
     pub unassigned: UnassignedPoints,
+    /// How the points lie beside each other. Absent under `rcond`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sampling: Option<Sampling>,
+    /// What of the input limits the answer; absent where nothing does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
     /// How much work the method did.
     pub counters: Counters,
     /// How long the steps took: the one part that differs between two runs.
@@ -51,7 +57,7 @@ pub struct UnassignedPoints {
     /// How many for each reason: `outlier` (alone, within a volume, or further from every surface than the
     /// tolerance), `too_small` (a patch of fewer than `min_points`), `no_quadric` (a surface of another
     /// type than those looked for, or outside the constraints, or with residuals beyond the noise given; with
-    /// `rcond` all), `over_max_regions` (of a
+    /// `rcond` all), `not_examined` (the work on the cloud came to its bound before), `over_max_regions` (of a
     /// region beyond the largest `max_regions`), `duplicate` (a further copy of a point that another reason
     /// counts), `not_finite` (a coordinate is NaN or infinite). More may come. Above 50 000 points without
     /// a region the shares of the first three are estimated.

@@ -174,6 +174,8 @@ mod tests {
                 regions: Vec::new(),
                 labels: Some(labels),
                 unassigned: UnassignedPoints::default(),
+                sampling: None,
+                warnings: Vec::new(),
                 counters: Counters::default(),
                 timing: Timing::default(),
             };

@@ -70,6 +70,36 @@ impl Cloud {
         PointCloud::from_points(self.points.clone())
     }
 
+    /// The same cloud with noise on top that neighbours share: a normal field of that deviation in every coordinate whose
+    /// correlation falls to 0.6 over `length`.
+    pub fn waving(mut self, deviation: f64, length: f64, random: &mut Random) -> Self {
+        const WAVES: usize = 200;
+        let scale = deviation * (2.0 / WAVES as f64).sqrt();
+        for k in 0..3 {
+            let mut wave = || {
+                let phase = random.uniform(0.0, std::f64::consts::TAU);
+                (random.normal3() / length, phase)
+            };
+            let waves: Vec<(Vec3, f64)> = (0..WAVES).map(|_| wave()).collect();
+            let at =
+                |p: &Vec3| waves.iter().map(|(w, phase)| (w.dot(p) + phase).cos()).sum::<f64>();
+            let field: Vec<f64> = self.points.iter().map(|p| scale * at(p)).collect();
+            self.points.iter_mut().zip(field).for_each(|(p, f)| p[k] += f);
+        }
+        Self { sigma: self.sigma.hypot(deviation), ..self }
+    }
+
+    /// The same cloud with noise `factor` times as large on every third of its surfaces.
+    pub fn with_rough_faces(mut self, factor: f64, random: &mut Random) -> Self {
+        let more = self.sigma * (factor * factor - 1.0).sqrt();
+        for (p, label) in self.points.iter_mut().zip(&self.labels) {
+            if *label >= 0 && label % 3 == 0 {
+                *p += more * random.normal3();
+            }
+        }
+        self
+    }
+
     /// The same cloud rotated about the origin, then shifted.
     pub fn moved(&self, rotation: &Rotation3<f64>, shift: &Vec3) -> Self {
         let surfaces = self.surfaces.iter().map(|s| TrueSurface {

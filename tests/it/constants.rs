@@ -28,13 +28,17 @@ const STRUCTURAL: &[(&str, &str)] = &[
     ("PAIRED", "columns of an array"),
     ("REACH", "points between two marks of what lies beside surfaces"),
     ("AT_ONCE", "hypotheses judged before the next look at whether they tell enough"),
-    ("LEVELS", "a grid of powers of two"),
-    ("BETWEEN", "the middles of that grid"),
+    ("LEVEL", "a grid of powers of the root of two"),
     ("NEARLY_EQUAL", "rounding"),
     ("LARGEST_COORDINATE", "range of double precision"),
     ("SMALLEST_EXTENT", "range of double precision"),
     ("UNTESTED", "coefficients of a quadric but one"),
     ("SHELL_RATIO", "a ratio of areas of two"),
+    ("MANY", "size of arrays"),
+    ("TINY", "rounding"),
+    ("ONE_SHEET", "degrees of freedom"),
+    ("TWO_SHEETS", "degrees of freedom"),
+    ("SPACING", "geometry of a disc"),
 ];
 
 /// The sources below a directory, tests left out.

@@ -3,6 +3,7 @@
 pub mod further;
 pub mod noise;
 
+use crate::fit::Shape;
 use crate::fit::constant::constants;
 use crate::segment::discover::noise::tighten;
 use crate::segment::family::Families;
@@ -70,6 +71,9 @@ pub fn discover(
             let few = families.with_least(FEW.get());
             let rest = left.scene(scene, families.sigma, monitor)?;
             let found = left.hypotheses(&rest, &few, seed, &mut model.trials, monitor)?;
+            if rest.work.is_left() {
+                scene.work.leave();
+            }
             choose(&rest, found, &few, model.shapes.len(), monitor)?
         };
         if chosen.is_empty() || model.thin.is_some() {
@@ -142,6 +146,7 @@ impl Left {
         let vain: Vec<bool> = self.open.iter().map(looked).collect();
         let search = Search { vain: &vain, ..Search::new(rest, families, seed) };
         let found = search.run(trials, |_| false, monitor)?;
+        let found = stability::rescued(rest, families, found);
         Ok(found.into_iter().filter(|h| h.sound).collect())
     }
 }
@@ -169,23 +174,25 @@ pub fn choose(
 /// Takes out regions that are parabolas, and, unless this is the `last` pass, those whose residuals are correlated:
 /// they bridge several surfaces, which the next pass finds one by one.
 fn drop_unsound(scene: &Scene, model: &mut Partition, families: &Families, last: bool) {
-    let groups = members(&model.labels, model.shapes.len());
+    let mut groups = members(&model.labels, model.shapes.len());
+    let together = |(l, (s, g)): (usize, (&Shape, &Vec<u32>))| {
+        let inside = |j: u32| model.labels[j as usize] == l as i32;
+        let own = correlation(scene, s, g, families.sigma, inside);
+        !last && correlated(own, families.common, g.len())
+    };
+    let mut bridge: Vec<bool> =
+        model.shapes.iter().zip(&groups).enumerate().map(together).collect();
+    if families.common > 0.0 {
+        // How much neighbours have in common differs from surface to surface.
+        groups.iter_mut().zip(&bridge).filter(|g| !g.1).for_each(|(g, _)| g.clear());
+        let unstable = stability::unstable(scene, families, &groups);
+        bridge.iter_mut().zip(unstable).for_each(|(b, unstable)| *b &= unstable);
+    }
     let keep: Vec<bool> = model
         .shapes
         .iter()
-        .zip(&groups)
-        .enumerate()
-        .map(|(l, (s, g))| {
-            let inside = |j: u32| model.labels[j as usize] == l as i32;
-            !scene.cancelled()
-                && !is_parabolic(s)
-                && (last
-                    || !correlated(
-                        correlation(scene, s, g, families.sigma, inside),
-                        families.common,
-                        g.len(),
-                    ))
-        })
+        .zip(bridge)
+        .map(|(s, bridge)| !bridge && !is_parabolic(s) && !scene.cancelled())
         .collect();
     for l in &mut model.labels {
         if *l >= 0 && !keep[*l as usize] {

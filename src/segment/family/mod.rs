@@ -4,7 +4,7 @@ pub mod screening;
 pub mod starts;
 
 use crate::fit::constant::constants;
-use crate::fit::least_squares::{Fitted, Options, fit};
+use crate::fit::least_squares::{Fitted, Options, fit_below};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Parameters;
@@ -122,6 +122,11 @@ impl Families {
         }
     }
 
+    /// The truncated chi2 with which a family comes to this BIC on `n` points.
+    fn chi2_of(&self, bic: f64, family: Family, n: usize) -> f64 {
+        (bic - family.description_length(self.worth(n))) * self.repeats()
+    }
+
     /// What points cost at a shape: their truncated chi2, as far as they say anything anew.
     pub fn misfit(&self, shape: &Shape, points: &[Vec3]) -> f64 {
         let inverse = 1.0 / (self.sigma * self.sigma);
@@ -130,12 +135,21 @@ impl Families {
 
     /// Robust fit of one family from `start`.
     pub fn polish(&self, start: &Shape, points: &[Vec3], steps: usize) -> Option<Fitted> {
-        fit(
-            start,
-            points,
-            None,
-            &Options { cauchy: Some(ROBUST.get() * self.sigma), steps, tolerance: ROUGHLY.get() },
-        )
+        self.polish_below(start, points, steps, f64::INFINITY)
+    }
+
+    /// [`polish`](Self::polish) that is of use only where it comes to a truncated chi2 of at most `most`, and gives up
+    /// where it will not.
+    fn polish_below(
+        &self,
+        start: &Shape,
+        points: &[Vec3],
+        steps: usize,
+        most: f64,
+    ) -> Option<Fitted> {
+        let cauchy = Some(ROBUST.get() * self.sigma);
+        let options = Options { cauchy, steps, tolerance: ROUGHLY.get() };
+        fit_below(start, points, &options, most * self.sigma * self.sigma)
     }
 
     /// Whether a score is what noise alone would give.

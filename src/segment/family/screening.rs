@@ -1,12 +1,9 @@
 //! Every family tried on a few points, and those that come near on more.
 
-use std::cell::OnceCell;
-
-use rayon::prelude::*;
-
 use super::{Families, ROBUST, Scored};
 use crate::fit::constant::constants;
-use crate::fit::least_squares::{Options, fit};
+use crate::fit::least_squares::{Options, fit_below};
+use crate::fit::local_quadric::LocalQuadrics;
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
@@ -45,12 +42,13 @@ impl Families {
     /// from cold starts, up to the first that explains the points; the least BIC of those tried.
     ///
     /// Those in `hopeless` are left out, and those found to be so are put there: what does not explain a set
-    /// does not explain a larger one.
+    /// does not explain a larger one. A reduced chi2 above `fits` is of no use.
     pub fn best(
         &self,
         patch: &Patch<'_>,
         warm: &[Shape],
         hopeless: &mut Vec<Family>,
+        fits: f64,
     ) -> Option<Scored> {
         let n = patch.points.len();
         let few = (n >= 2 * GLANCE.get()).then(|| thinned(patch.points, GLANCE.get()));
@@ -61,28 +59,31 @@ impl Families {
                 (thinned(patch.points, START.get()), thinned(patch.normals, START.get()));
             first = Patch { points: &points, normals: &normals };
         }
-        let quadrics = OnceCell::new();
+        let quadrics = LocalQuadrics::of(first.points);
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut out: Vec<Scored> = Vec::new();
+        let mut least = f64::INFINITY;
         for &family in &self.allowed {
             if n <= family.dof() + 3 {
                 break;
             }
-            if hopeless.contains(&family) {
+            let most = (fits * (n - family.dof()) as f64).min(self.chi2_of(least, family, n));
+            if hopeless.contains(&family) || most <= 0.0 {
                 continue;
             }
             let mut starts = self.starts(family, &first, &seen, &quadrics);
             if let Some(few) = &few
                 && !starts.is_empty()
             {
-                starts =
-                    self.promising(starts, few, SOUND.get()).into_iter().map(|s| s.shape).collect();
+                let hopeful = self.promising(starts, few, SOUND.get(), f64::INFINITY);
+                starts = hopeful.into_iter().map(|s| s.shape).collect();
                 if starts.is_empty() {
                     hopeless.push(family);
                 }
             }
-            if let Some(o) = self.polished(starts, patch.points, STEPS.get()) {
+            if let Some(o) = self.polished(starts, patch.points, STEPS.get(), most) {
                 seen.push(o.shape);
+                least = least.min(o.bic);
                 out.push(o);
                 if self.explains(&o, n) {
                     break;
@@ -95,11 +96,17 @@ impl Families {
     /// The best fit of every family that comes near explaining the points as well as any, by degrees of
     /// freedom: all are tried on a few points, and those that come near on more.
     pub fn each(&self, patch: &Patch<'_>, warm: &[Shape]) -> Vec<Scored> {
-        self.each_but(patch, warm, &[])
+        self.each_but(patch, warm, &[], f64::INFINITY)
     }
 
-    /// [`each`](Self::each) without some families.
-    fn each_but(&self, patch: &Patch<'_>, warm: &[Shape], without: &[Family]) -> Vec<Scored> {
+    /// [`each`](Self::each) without some families, where a BIC above `most` is of no use.
+    fn each_but(
+        &self,
+        patch: &Patch<'_>,
+        warm: &[Shape],
+        without: &[Family],
+        most: f64,
+    ) -> Vec<Scored> {
         let n = patch.points.len();
         let (points, normals);
         let mut screen = *patch;
@@ -109,37 +116,57 @@ impl Families {
             screen = Patch { points: &points, normals: &normals };
         }
         let glance = thinned(screen.points, GLANCE.get());
-        let quadrics = OnceCell::new();
+        let quadrics = LocalQuadrics::of(screen.points);
+        let near = |least: f64, m: usize| NEARBY.get() * least + SLACK.get() * m as f64;
+        // What that BIC leaves a family of chi2 on m of the points.
+        let useful = |f: Family, m: usize| {
+            let left = self.chi2_of(most, f, n).max(0.0);
+            near(left * m as f64 / n as f64, m)
+        };
         let mut seen: Vec<Shape> = warm.to_vec();
         let mut tried: Vec<Vec<Scored>> = Vec::new();
+        let mut least = f64::INFINITY;
         for &family in self.allowed.iter().take_while(|f| n > f.dof() + 3) {
             if without.contains(&family) {
                 continue;
             }
+            let m = glance.len();
             let starts = self.starts(family, &screen, &seen, &quadrics);
-            let fits = self.promising(starts, &glance, f64::INFINITY);
-            seen.extend(fits.first().map(|f| f.shape));
-            tried.push(fits);
+            let wanted = (2.0 * near(least, m)).min(useful(family, m));
+            let fits = self.promising(starts, &glance, f64::INFINITY, wanted);
+            if let Some(best) = fits.first() {
+                seen.push(best.shape);
+                least = least.min(best.chi2);
+                tried.push(fits);
+            }
         }
-        let best = |tried: &[Scored]| tried.iter().map(|s| s.chi2).fold(f64::INFINITY, f64::min);
-        let near = |least: f64, m: usize| NEARBY.get() * least + SLACK.get() * m as f64;
-        let least = tried.iter().map(|t| best(t)).fold(f64::INFINITY, f64::min);
-        tried.retain(|t| best(t) < 2.0 * near(least, glance.len()));
-        let mut screened: Vec<Scored> = tried
-            .into_par_iter()
-            .filter_map(|t| {
-                self.polished(t.into_iter().map(|s| s.shape).collect(), screen.points, STEPS.get())
-            })
-            .collect();
-        if n <= 2 * SCREEN.get() {
+        tried.retain(|t| t[0].chi2 < 2.0 * near(least, glance.len()));
+        let all = n <= 2 * SCREEN.get();
+        let mut screened: Vec<Scored> = Vec::new();
+        let mut least = f64::INFINITY;
+        for fits in tried {
+            let family = fits[0].shape.family;
+            let m = screen.points.len();
+            let wanted = if all { f64::INFINITY } else { near(least, m) };
+            let starts = fits.into_iter().map(|s| s.shape).collect();
+            let found =
+                self.polished(starts, screen.points, STEPS.get(), wanted.min(useful(family, m)));
+            least = found.iter().map(|f| f.chi2).fold(least, f64::min);
+            screened.extend(found);
+        }
+        if all {
             return screened;
         }
-        let least = best(&screened);
         screened.retain(|s| s.chi2 < near(least, SCREEN.get()));
-        screened
-            .into_par_iter()
-            .filter_map(|s| self.polished(vec![s.shape], patch.points, FURTHER_STEPS.get()))
-            .collect()
+        let whole = |s: Scored| {
+            self.polished(
+                vec![s.shape],
+                patch.points,
+                FURTHER_STEPS.get(),
+                useful(s.shape.family, n),
+            )
+        };
+        screened.into_iter().filter_map(whole).collect()
     }
 
     /// The best family for a patch but the `hopeless` ones, each fitted until it no longer moves; `None` where
@@ -156,24 +183,28 @@ impl Families {
             tolerance: NO_STEP.get(),
         };
         let before = self.score(*shape, patch.points);
+        let most = before.bic - LITTLE.get();
         let mut starts = vec![*shape];
-        starts.extend(self.each_but(patch, &[*shape], hopeless).iter().map(|s| s.shape));
-        let fitted: Vec<Scored> = starts
-            .par_iter()
-            .filter_map(|s| fit(s, patch.points, None, &options))
+        starts.extend(self.each_but(patch, &[*shape], hopeless, most).iter().map(|s| s.shape));
+        let sq = self.sigma * self.sigma;
+        let fitted = starts.iter().filter_map(|s| {
+            let chi2 = self.chi2_of(most, s.family, patch.points.len());
+            fit_below(s, patch.points, &options, chi2 * sq)
+        });
+        fitted
             .filter(|f| !self.degenerate(&f.shape))
             .map(|f| self.score(f.shape, patch.points))
-            .collect();
-        let best = fitted.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic))?;
-        (best.bic < before.bic - LITTLE.get()).then_some(best)
+            .min_by(|a, b| a.bic.total_cmp(&b.bic))
+            .filter(|best| best.bic < most)
     }
 
     /// The starts after a fit of each to a few of the points, the better ones first, those of one kind once;
-    /// without those whose family will not explain the points.
-    fn promising(&self, starts: Vec<Shape>, few: &[Vec3], hopeless: f64) -> Vec<Scored> {
+    /// without those whose family will not explain the points. Fits that will not come below a chi2 of `most` give up.
+    fn promising(&self, starts: Vec<Shape>, few: &[Vec3], hopeless: f64, most: f64) -> Vec<Scored> {
+        let of = |s: &Shape| most.min(hopeless * (few.len() - s.family.dof()).max(1) as f64);
         let mut fitted: Vec<Scored> = starts
             .iter()
-            .filter_map(|s| self.polish(s, few, STEPS.get()))
+            .filter_map(|s| self.polish_below(s, few, STEPS.get(), of(s)))
             .map(|f| self.score(f.shape, few))
             .filter(|s| s.reduced < hopeless)
             .collect();
@@ -184,11 +215,19 @@ impl Families {
         fitted
     }
 
-    /// The best fit from some starts of one family, up to the first that explains the points.
-    fn polished(&self, starts: Vec<Shape>, points: &[Vec3], steps: usize) -> Option<Scored> {
+    /// The best fit from some starts of one family, up to the first that explains the points. Fits that will not come
+    /// below a chi2 of `most` give up.
+    fn polished(
+        &self,
+        starts: Vec<Shape>,
+        points: &[Vec3],
+        steps: usize,
+        most: f64,
+    ) -> Option<Scored> {
         let mut best: Option<Scored> = None;
         for s in starts {
-            let Some(f) = self.polish(&s, points, steps) else { continue };
+            let wanted = best.map_or(most, |b| most.min(b.chi2));
+            let Some(f) = self.polish_below(&s, points, steps, wanted) else { continue };
             if self.degenerate(&f.shape) {
                 continue;
             }

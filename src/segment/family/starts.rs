@@ -1,10 +1,9 @@
 //! Where the fits of a family begin.
 
-use std::cell::OnceCell;
-
 use super::Families;
 use crate::fit::constant::constants;
-use crate::fit::starts::{LocalQuadric, Patch};
+use crate::fit::local_quadric::{LocalQuadric, LocalQuadrics};
+use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape, starts};
 
 constants! {
@@ -19,17 +18,16 @@ impl Families {
         family: Family,
         patch: &Patch<'_>,
         seen: &[Shape],
-        quadrics: &OnceCell<(Option<LocalQuadric>, Option<LocalQuadric>)>,
+        quadrics: &LocalQuadrics<'_>,
     ) -> Vec<Shape> {
         let p = patch.points;
-        let quadrics = || quadrics.get_or_init(|| starts::quadrics(p));
         let mut out: Vec<Shape> =
             seen.iter().rev().filter(|s| s.family == family).copied().collect();
         match family {
             Family::Plane => out.extend(starts::plane(p)),
             Family::Sphere => out.extend(starts::sphere(p)),
             Family::Cylinder => out.extend(
-                starts::cylinder_axes(patch, quadrics().0.as_ref())
+                starts::cylinder_axes(patch, quadrics.taubin())
                     .iter()
                     .filter_map(|w| starts::cylinder(p, w)),
             ),
@@ -43,7 +41,7 @@ impl Families {
             }
             Family::EllipticCylinder => {
                 out.extend(
-                    starts::cylinder_axes(patch, quadrics().0.as_ref())
+                    starts::cylinder_axes(patch, quadrics.taubin())
                         .iter()
                         .filter_map(|w| starts::elliptic_cylinder(p, w)),
                 );
@@ -57,9 +55,8 @@ impl Families {
             }
             Family::Torus => out.extend(starts::torus(patch)),
             Family::Ellipsoid => {
-                let (taubin, specific) = quadrics();
-                out.extend(taubin.as_ref().and_then(LocalQuadric::ellipsoid));
-                out.extend(specific.as_ref().and_then(LocalQuadric::ellipsoid));
+                out.extend(quadrics.taubin().and_then(LocalQuadric::ellipsoid));
+                out.extend(quadrics.specific().as_ref().and_then(LocalQuadric::ellipsoid));
                 for s in seen.iter().filter(|s| s.family == Family::Sphere) {
                     out.push(Shape {
                         family,

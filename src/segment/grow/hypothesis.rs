@@ -3,10 +3,9 @@
 use std::ops::ControlFlow;
 
 use crate::fit::constant::constants;
-use crate::fit::starts::Patch;
 use crate::fit::{Family, Ruler, Shape};
-use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
+use crate::segment::grow::seeded::{FIT_SAMPLE, FITS, Sample, Seeded, TRIED};
 use crate::segment::grow::start::{Start, nearest, start_set, starts};
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
@@ -15,14 +14,10 @@ use crate::segment::objective::{CHANCE, FEW, GOOD, SURE};
 use crate::segment::prepare::scene::Scene;
 
 constants! {
-    /// Points a fit during growth looks at.
-    FIT_SAMPLE: usize = 400, Effort("points of one fit");
     /// Points that a fit looks at where growth ends although residuals are correlated.
     THOROUGH_SAMPLE: usize = 1200, Effort("points of one fit");
     /// How often growth may end so.
     THOROUGH: usize = 3, Effort("thorough fits of one growth");
-    /// Reduced chi2 up to which a surface may be the points'.
-    FITS: f64 = 2.0, Trial(2.0, 2.0);
     /// Times that a support grows at most.
     TIMES: usize = 40, Effort("rounds of one growth");
     /// Correlation of residuals up to which growth may end, beside chance.
@@ -31,6 +26,8 @@ constants! {
     GROWTH: usize = 40, Effort("points of the first rounds");
     /// Growth of a support below which it has stalled.
     STALLED: f64 = 1.05, Effort("rounds of one growth");
+    /// The same to fit one.
+    FITTED: usize = 1000, Effort("work that is allowed");
     /// Steps of a fit that goes on.
     STEPS: usize = 12, Effort("steps of one fit");
 }
@@ -49,31 +46,6 @@ pub struct Hypothesis {
     pub sound: bool,
 }
 
-/// Points of a set and the normals there.
-#[derive(Default)]
-struct Sample {
-    points: Vec<Vec3>,
-    normals: Vec<Vec3>,
-}
-
-impl Sample {
-    /// Takes at most about `limit` points of `support`, evenly.
-    fn take(&mut self, scene: &Scene, support: &[u32], limit: usize) {
-        self.points.clear();
-        self.normals.clear();
-        let m = support.len().min(limit);
-        for k in 0..m {
-            let i = support[k * support.len() / m] as usize;
-            self.points.push(scene.points[i]);
-            self.normals.push(scene.normals[i]);
-        }
-    }
-
-    fn patch(&self) -> Patch<'_> {
-        Patch { points: &self.points, normals: &self.normals }
-    }
-}
-
 /// Grows a hypothesis from `seed`; `None` where nothing fits from any start size, or where what fits
 /// does not reach `min_points`.
 pub fn grow(
@@ -83,56 +55,62 @@ pub fn grow(
     seed: usize,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    let mut starts =
-        starts().into_iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
-    // What does not explain the nearest points explains no more of them.
-    let mut hopeful = None;
-    starts.find_map(|(start, most, least)| {
-        if matches!(start, Start::Tangent)
-            && !*hopeful.get_or_insert_with(|| fits_nearest(scene, walk, families, seed))
-        {
-            return None;
-        }
-        let set = start_set(scene, walk, seed, start, most, families.sigma);
-        if set.len() < least.min(min_points) || scene.cancelled() {
-            return None;
-        }
-        let grown = grow_from(scene, walk, families, set, min_points);
-        grown.filter(|h| h.support.len() >= min_points)
-    })
+    let grown = from_any_start(scene, walk, families, seed, min_points);
+    scene.work.spend(walk.take_visited());
+    grown
 }
 
-/// Whether any family explains the nearest points of a seed that lie in each other's tangent planes.
-fn fits_nearest(scene: &Scene, walk: &mut Walk, families: &Families, seed: usize) -> bool {
-    let (start, most, _) = nearest();
-    let set = start_set(scene, walk, seed, start, most, families.sigma);
-    let mut sample = Sample::default();
-    sample.take(scene, &set, FIT_SAMPLE.get());
-    families.best(&sample.patch(), &[], &mut Vec::new()).is_some_and(|b| b.reduced <= FITS.get())
+fn from_any_start(
+    scene: &Scene,
+    walk: &mut Walk,
+    families: &Families,
+    seed: usize,
+    min_points: usize,
+) -> Option<Hypothesis> {
+    let starts = starts().into_iter().filter(|s| families.strips || !matches!(s.0, Start::Flat));
+    // What does not explain the nearest points explains no more of them.
+    let (nearest_start, nearest_most, _) = nearest();
+    let nearest = start_set(scene, walk, seed, nearest_start, nearest_most, families.sigma);
+    let mut core = Some(Seeded::of(scene, families, nearest.clone()));
+    for (start, most, least) in starts {
+        let begun = if (start, most) == (nearest_start, nearest_most) {
+            core.take().flatten().filter(|s| s.support.len() >= least.min(min_points))
+        } else if matches!(start, Start::Tangent) && core.as_ref().is_none_or(Option::is_none) {
+            None
+        } else {
+            let set = start_set(scene, walk, seed, start, most, families.sigma);
+            let enough = set.len() >= least.min(min_points);
+            // Where no neighbour is left out the nearest are the same points again.
+            (enough && set != nearest).then(|| Seeded::of(scene, families, set)).flatten()
+        };
+        if scene.cancelled() {
+            return None;
+        }
+        let grown = begun.and_then(|s| grow_from(scene, walk, families, s, min_points));
+        if grown.as_ref().is_some_and(|h| h.support.len() >= min_points) {
+            return grown;
+        }
+    }
+    None
 }
 
 fn grow_from(
     scene: &Scene,
     walk: &mut Walk,
     families: &Families,
-    start: Vec<u32>,
+    start: Seeded,
     min_points: usize,
 ) -> Option<Hypothesis> {
-    let mut sample = Sample::default();
-    sample.take(scene, &start, FIT_SAMPLE.get());
-    let mut hopeless = Vec::new();
-    let best = families.best(&sample.patch(), &[], &mut hopeless)?;
-    if best.reduced > FITS.get() {
-        return None;
-    }
+    let Seeded { support, sample, best, hopeless } = start;
     let mut growth = Growth {
         scene,
         walk,
         families,
         sample,
-        support: start,
+        support,
         best,
         hopeless,
+        expanded: 0,
         fresh: true,
         thorough: THOROUGH.get(),
         good: None,
@@ -155,6 +133,8 @@ struct Growth<'a> {
     families: &'a Families,
     sample: Sample,
     support: Vec<u32>,
+    /// Points of the support, the first ones, whose neighbours were looked at for this surface or a like one.
+    expanded: usize,
     best: Scored,
     /// Families that do not explain the points so far.
     hopeless: Vec<Family>,
@@ -173,14 +153,16 @@ impl Growth<'_> {
         let shape = self.best.shape;
         let limit = (self.support.len() * 2).max(GROWTH.get());
         let reach = SURE.get() * self.families.sigma;
-        let next = self.walk.near(self.scene, &self.support, limit, &Ruler::of(&shape), reach);
-        // So few have slid off their surface.
+        // What was beyond the surface before may lie on another one.
+        let from = (&self.support[..], if self.fresh { 0 } else { self.expanded });
+        let next = self.walk.near(self.scene, from, limit, &Ruler::of(&shape), reach);
         if next.len() < min_points.min(FEW.get()) {
             return ControlFlow::Break(());
         }
         let stalled = (next.len() as f64) < STALLED.get() * self.support.len() as f64;
         self.support.clear();
         self.support.extend_from_slice(next);
+        self.expanded = self.walk.expanded();
         if stalled && self.fresh {
             return self.fit_thoroughly(&shape);
         }
@@ -205,6 +187,7 @@ impl Growth<'_> {
         }
         self.thorough -= 1;
         self.sample.take(scene, support, THOROUGH_SAMPLE.get());
+        scene.work.spend(2 * TRIED.get() as u64);
         match families.thorough(&self.sample.patch(), shape, &self.hopeless) {
             Some(found) => self.best = found,
             None => return ControlFlow::Break(()),
@@ -216,6 +199,7 @@ impl Growth<'_> {
     fn fit(&mut self, shape: &Shape, stalled: bool) -> ControlFlow<()> {
         let Self { scene, families, support, sample, .. } = self;
         sample.take(scene, support, FIT_SAMPLE.get());
+        scene.work.spend(FITTED.get() as u64);
         let points = &sample.points;
         let warm = families
             .polish(shape, points, STEPS.get())
@@ -229,7 +213,8 @@ impl Growth<'_> {
         if stalled {
             self.hopeless.clear();
         }
-        match families.best(&sample.patch(), &[start], &mut self.hopeless) {
+        scene.work.spend(TRIED.get() as u64);
+        match families.best(&sample.patch(), &[start], &mut self.hopeless, FITS.get()) {
             Some(next) => (self.best, self.fresh) = (next, true),
             None => return ControlFlow::Break(()),
         }
@@ -243,7 +228,7 @@ impl Growth<'_> {
         if best.reduced < GOOD.get() {
             let ruler = Ruler::of(&best.shape);
             let support =
-                walk.near(scene, &support, usize::MAX, &ruler, SURE.get() * sigma).to_vec();
+                walk.near(scene, (&support, 0), usize::MAX, &ruler, SURE.get() * sigma).to_vec();
             good = Some((best.shape, support));
         }
         let (shape, support) = good?;

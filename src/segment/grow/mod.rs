@@ -2,6 +2,7 @@
 
 pub mod hypothesis;
 pub mod search;
+pub mod seeded;
 pub mod select;
 pub mod start;
 #[cfg(test)]

@@ -31,6 +31,17 @@ constants! {
     CROWD: usize = 12_000, Effort("seeds grown side by side");
     /// Sigmas within which a point on a hypothesis is no seed again.
     COVERED: f64 = 2.5, Trial(2.5, 2.5);
+    /// Points that a search may visit for each of a scene's: several times the 20 to 100 that searches for surfaces
+    /// need.
+    VISITS: usize = 400, Effort("work that is allowed");
+    /// The same beside that: as many as a hundred seeds visit.
+    VISITS_BESIDE: usize = 1_000_000, Effort("work that is allowed");
+}
+
+/// The work that a search on so many points may be, in points visited: only where hardly anything grows, or everything
+/// a little, it comes to more.
+pub fn allowance(points: usize) -> u64 {
+    (VISITS_BESIDE.get() + VISITS.get() * points) as u64
 }
 
 /// A search for hypotheses all over a scene.
@@ -41,6 +52,8 @@ pub struct Search<'a> {
     pub families: &'a Families,
     /// Seeds tried at most.
     pub most: usize,
+    /// Points that growth may visit, and what takes as long.
+    pub visits: u64,
     /// Of the random generator.
     pub seed: u64,
     /// Points that were seeds in vain before, and are none again; empty where there was no search before.
@@ -50,11 +63,12 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// A search from all points.
     pub fn new(scene: &'a Scene<'a>, families: &'a Families, seed: u64) -> Self {
-        Self { scene, families, most: usize::MAX, seed, vain: &[] }
+        let visits = allowance(scene.len());
+        Self { scene, families, most: usize::MAX, visits, seed, vain: &[] }
     }
 
     /// Grows hypotheses until every point is covered or has been tried, `most` seeds were tried or what was found
-    /// so far is `enough`. In the order of their seeds.
+    /// so far is `enough`, or the work comes to more than is allowed for so many points. In the order of their seeds.
     ///
     /// # Errors
     /// `monitor` cancelled the work.
@@ -66,6 +80,7 @@ impl<'a> Search<'a> {
     ) -> Result<Vec<Hypothesis>, Cancelled> {
         let Self { scene, families, most, .. } = *self;
         let before = trials.0;
+        let allowed = scene.work.done() + self.visits;
         let least = MIN_SUPPORT.get().min(families.policy.least);
         let mut seeds = Seeds::new(scene, self.seed, self.vain);
         let mut walks: Vec<Walk> = (0..BATCH.get()).map(|_| Walk::new(scene.len())).collect();
@@ -75,6 +90,10 @@ impl<'a> Search<'a> {
             monitor.check()?;
             let batch = seeds.draw();
             if batch.is_empty() {
+                break;
+            }
+            if scene.work.done() > allowed {
+                scene.work.leave();
                 break;
             }
             let grown: Vec<Option<Hypothesis>> = batch
@@ -194,7 +213,28 @@ mod tests {
     use super::*;
     use crate::fit::Family;
     use crate::geometry::Vec3;
+    use crate::segment::Silent;
     use crate::segment::fixtures;
+    use crate::segment::grow::seeded::TRIED;
+
+    #[test]
+    fn a_search_that_comes_to_its_bound_ends_and_the_scene_knows() {
+        let mut random = SplitMix64::new(7);
+        let mut uniform = || 8.0 * random.below(1 << 30) as f64 / f64::from(1 << 30);
+        // Faces far apart: each takes a seed of its own.
+        let faces = (0..20).flat_map(|k| (0..100).map(move |_| 100.0 * f64::from(k)));
+        let points = faces.map(|z| Vec3::new(uniform(), uniform(), z)).collect();
+        let scene = Scene::new(fixtures::ordered(&Vec::from_iter::<Vec<Vec3>>(points)));
+        let families = Families { sigma: 1e-3, floor: 1e-3, ..fixtures::families() };
+        let run = |visits: Option<u64>| {
+            let all = Search::new(&scene, &families, 1);
+            let search = Search { visits: visits.unwrap_or(all.visits), ..all };
+            search.run(&mut (0, 0), |_| false, &Silent).unwrap().len()
+        };
+        assert!(run(None) >= 20 && !scene.work.is_left());
+        let few = run(Some(TRIED.get() as u64));
+        assert!((1..10).contains(&few) && scene.work.is_left(), "{few}");
+    }
 
     #[test]
     fn a_cone_without_noise_is_found_whole_from_any_seed() {

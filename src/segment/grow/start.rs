@@ -19,7 +19,7 @@ constants! {
 }
 
 /// Which connected points a start set takes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     /// Those whose chords lie in the tangent planes.
     Tangent,

@@ -10,6 +10,10 @@ pub struct Walk {
     stamp: Vec<u32>,
     now: u32,
     queue: Vec<u32>,
+    /// Points of the last walk whose neighbours it looked at: the first ones.
+    expanded: usize,
+    /// Points that all walks visited.
+    visited: u64,
     beside: Beside,
 }
 
@@ -29,12 +33,29 @@ const STRIDE: usize = 32;
 impl Walk {
     /// Scratch for a scene of `n` points.
     pub fn new(n: usize) -> Self {
-        Self { stamp: vec![0; n], now: 0, queue: Vec::new(), beside: Beside::default() }
+        Self {
+            stamp: vec![0; n],
+            now: 0,
+            queue: Vec::new(),
+            expanded: 0,
+            visited: 0,
+            beside: Beside::default(),
+        }
     }
 
     /// Whether the last walk entered point `i`.
     pub fn contains(&self, i: u32) -> bool {
         self.stamp[i as usize] == self.now
+    }
+
+    /// How many points, the first of the last walk, it looked at the neighbours of.
+    pub fn expanded(&self) -> usize {
+        self.expanded
+    }
+
+    /// How many points were visited since this was last asked.
+    pub fn take_visited(&mut self) -> u64 {
+        std::mem::take(&mut self.visited)
     }
 
     /// Breadth-first walk from `from`, entering the points that `enter(from, to)` lets in, up to
@@ -64,23 +85,27 @@ impl Walk {
                 }
             }
         }
-        &self.queue
+        self.ended(head)
     }
 
-    /// [`run`](Self::run) over points nearer than `reach` to a surface, many of them measured at once.
+    /// [`run`](Self::run) over points nearer than `reach` to a surface, many of them measured at once. The
+    /// neighbours of the first `expanded` of `from` are not looked at again.
     pub fn near(
         &mut self,
         scene: &Scene,
-        from: &[u32],
+        (from, expanded): (&[u32], usize),
         limit: usize,
         ruler: &Ruler,
         reach: f64,
     ) -> &[u32] {
         self.begin();
-        self.look(scene, from.iter().copied());
-        self.beside.ends.push(self.beside.places.len());
-        self.enter(usize::MAX, ruler, reach);
         let mut head = 0;
+        for (k, part) in [&from[..expanded], &from[expanded..]].into_iter().enumerate() {
+            self.look(scene, part.iter().copied());
+            self.beside.ends.push(self.beside.places.len());
+            self.enter(usize::MAX, ruler, reach);
+            head = if k == 0 { self.queue.len() } else { head };
+        }
         while head < self.queue.len() && self.queue.len() < limit {
             let tail = self.queue.len().min(head + STRIDE);
             for k in head..tail {
@@ -91,6 +116,13 @@ impl Walk {
             self.enter(limit, ruler, reach);
             head = tail;
         }
+        self.ended(head)
+    }
+
+    /// The points of a walk that looked at the neighbours of the first `expanded`.
+    fn ended(&mut self, expanded: usize) -> &[u32] {
+        self.expanded = expanded;
+        self.visited += self.queue.len() as u64;
         &self.queue
     }
 
@@ -157,11 +189,22 @@ mod tests {
             let near = |_: Option<usize>, j: usize| ruler.distance(&scene.points[j]).abs() < reach;
             let one_by_one = walk.run(&scene, &from, limit, near).to_vec();
             let inside: Vec<bool> = (0..3000).map(|i| walk.contains(i)).collect();
-            assert_eq!(walk.near(&scene, &from, limit, &ruler, reach), one_by_one);
+            assert_eq!(walk.near(&scene, (&from, 0), limit, &ruler, reach), one_by_one);
             assert!((0..3000).all(|i| walk.contains(i) == inside[i as usize]));
             assert_eq!(inside.iter().filter(|b| **b).count(), one_by_one.len());
             from = one_by_one;
         }
         assert!(from.len() > 1000 && from.len() < 2000, "{}", from.len());
+        // One that goes on where another stopped comes to the same points.
+        let mut some = walk.near(&scene, (&from[..1], 0), 300, &ruler, reach).to_vec();
+        let expanded = walk.expanded();
+        assert!((1..some.len()).contains(&expanded), "{expanded}");
+        let mut whole = walk.near(&scene, (&some, expanded), usize::MAX, &ruler, reach).to_vec();
+        assert_eq!(walk.expanded(), whole.len());
+        assert_eq!(&whole[..some.len()], &some[..]);
+        some.clone_from(&from);
+        some.sort_unstable();
+        whole.sort_unstable();
+        assert_eq!(whole, some);
     }
 }

@@ -7,8 +7,10 @@
 use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
-use crate::segment::grow::search::Search;
-use crate::segment::judge::stability::judged;
+use crate::segment::grow::search::{Search, allowance};
+use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::judge::stability::{judged, rescued};
+use crate::segment::judge::whiteness::correlated;
 use crate::segment::objective::{CORRELATED, LITTLE, MOST};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
@@ -21,7 +23,7 @@ constants! {
     LEVELS: usize = 7, Effort("scatters tried");
     /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
     /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
-    ROUGH: f64 = 0.05, Trial(0.05, 0.05);
+    ROUGH: f64 = 0.02, Trial(0.05, 0.05);
     /// Seeds that tell whether a level is worth trying.
     LOOK: usize = 16, Effort("seeds tried");
 }
@@ -66,8 +68,6 @@ pub fn hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Looked, Cancelled> {
-    // Where noise is independent, chance and hypotheses that bridge several surfaces leave the typical correlation
-    // below 0.03; more of the first few bridge.
     let clear = |found: &[Hypothesis]| {
         found.len() >= FORM_SAMPLE.get() && typical(found) > 2.0 * CORRELATED.get()
     };
@@ -87,11 +87,17 @@ pub fn hypotheses(
     }
     let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
     families.sigma = LEVEL * sigma;
+    families.floor = families.floor.max(sigma);
+    families.common = at.common;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
+    families.common = in_common(&found);
     if at.share <= MOST.get() {
         found = judged(scene, families, found);
+    } else {
+        let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
+        found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
+        found = rescued(scene, families, found);
     }
-    families.common = Some(typical(&found)).filter(|c| *c > CORRELATED.get()).unwrap_or(0.0);
     Ok(Looked::Found(found, at.share > MOST.get()))
 }
 
@@ -102,12 +108,19 @@ fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
     taken
 }
 
+/// What residuals of neighbours have in common at hypotheses of one scatter.
+fn in_common(found: &[Hypothesis]) -> f64 {
+    Some(typical(found)).filter(|c| *c > CORRELATED.get()).unwrap_or(0.0)
+}
+
 /// The scatter at which most of what is grown is the same wherever it starts.
 struct Scatter {
     /// It, or that at which the most is; none where next to nothing is at any.
     sigma: Option<f64>,
     /// Share of the grown points that is.
     share: f64,
+    /// What residuals have in common there.
+    common: f64,
 }
 
 /// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
@@ -120,25 +133,34 @@ fn scatter(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Scatter, Cancelled> {
-    let mut best = Scatter { sigma: None, share: LITTLE.get() };
+    let mut best = Scatter { sigma: None, share: LITTLE.get(), common: 0.0 };
     let first = usize::from(!taken.is_empty());
+    // All levels together may be as much work as two searches.
+    let allowed = scene.work.done() + 2 * allowance(scene.len());
     for level in first..LEVELS.get() {
+        if scene.work.done() > allowed {
+            scene.work.leave();
+            break;
+        }
         let sigma = families.sigma * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
         let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
-        let mut look = |most: usize| -> Result<f64, Cancelled> {
+        let mut look = |most: usize| -> Result<(f64, f64), Cancelled> {
             let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
             let part = most as f64 / LOOK.get() as f64;
             let rough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
-            Ok(if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 })
+            let common = in_common(&few);
+            let share =
+                if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 };
+            Ok((share, common))
         };
         // Of freeform none is, and by outliers few points are won: the first few seeds tell.
-        if look(AT_ONCE)? == 0.0 {
+        if look(AT_ONCE)?.0 == 0.0 {
             continue;
         }
-        let share = look(LOOK.get())?;
+        let (share, common) = look(LOOK.get())?;
         if share > best.share {
-            best = Scatter { sigma: Some(sigma), share };
+            best = Scatter { sigma: Some(sigma), share, common };
         }
         if share > MOST.get() {
             break;

@@ -7,13 +7,16 @@ use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::search::MIN_SUPPORT;
 use crate::segment::grow::walk::Walk;
+use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::objective::MOST;
 use crate::segment::partition::members;
 use crate::segment::prepare::scene::Scene;
 
 constants! {
-    /// Growths from elsewhere in a set of points, an odd number, most of which tell whether it is a surface's.
+    /// Growths from elsewhere in a set of points that tell whether it is a surface's.
     REGROWN: usize = 5, Effort("growths of one set");
+    /// How many of them must end up the same.
+    ALIKE: usize = 3, Trial(3.0, 3.0);
 }
 
 /// The hypotheses, those sound that are the same wherever they start.
@@ -25,16 +28,29 @@ pub fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) ->
     found
 }
 
-/// The regions of a scene with form errors that are no surfaces: growth from elsewhere in them ends
-/// elsewhere. They keep their points from flowing to their neighbours, and are not reported.
-pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
-    members(labels, regions)
-        .par_iter()
-        .map_init(
+/// The hypotheses, those sound as well whose residuals are correlated by more than is common but which are the same
+/// wherever they start: how much neighbours have in common differs from surface to surface.
+pub fn rescued(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    if families.common > 0.0 {
+        let open = found.par_iter_mut().filter(|h| !h.sound && !is_parabolic(&h.shape));
+        open.for_each_init(
             || Walk::new(scene.len()),
-            |walk, region| !is_stable(scene, walk, families, region),
-        )
-        .collect()
+            |walk, h| h.sound = is_stable(scene, walk, families, &h.support),
+        );
+    }
+    found
+}
+
+/// The regions of a scene that are no surfaces: growth from elsewhere in them ends elsewhere. They keep their points
+/// from flowing to their neighbours, and are not reported.
+pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
+    unstable(scene, families, &members(labels, regions))
+}
+
+/// Whether growth from elsewhere in each of some sets of points ends elsewhere.
+pub fn unstable(scene: &Scene, families: &Families, sets: &[Vec<u32>]) -> Vec<bool> {
+    let walk = || Walk::new(scene.len());
+    sets.par_iter().map_init(walk, |walk, set| !is_stable(scene, walk, families, set)).collect()
 }
 
 /// Whether most growths from elsewhere in a set of points end up with the same points.
@@ -44,7 +60,6 @@ fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]
     }
     let mut own = points.to_vec();
     own.sort_unstable();
-    let half = REGROWN.get() / 2;
     let (mut alike, mut other) = (0, 0);
     for k in 0..REGROWN.get() {
         let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.get())] as usize;
@@ -54,11 +69,11 @@ fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]
         } else {
             other += 1;
         }
-        if alike > half || other > half {
+        if alike == ALIKE.get() || other > REGROWN.get() - ALIKE.get() {
             break;
         }
     }
-    alike > half
+    alike == ALIKE.get()
 }
 
 /// Points in both of two sets over those in either; `sorted` rises.

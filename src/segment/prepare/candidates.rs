@@ -4,7 +4,7 @@
 pub const K: usize = 16;
 
 /// Distances compared at once.
-const LANES: usize = 8;
+const LANES: usize = 16;
 
 /// Room for points that may be among the nearest.
 pub const ROOM: usize = 128;
@@ -15,34 +15,41 @@ pub struct Candidates {
     pub place: [u32; ROOM],
     pub len: usize,
     pub limit: f64,
+    /// What makes squared distances fit into single precision.
+    scale: f64,
 }
 
 impl Candidates {
-    pub fn within(limit: f64) -> Self {
-        Self { sq: [0.0; ROOM], place: [0; ROOM], len: 0, limit }
+    /// None yet, in a place about as large as the root of `sq_size`.
+    pub fn within(limit: f64, sq_size: f64) -> Self {
+        let scale = if sq_size.is_normal() { 1.0 / sq_size } else { 1.0 };
+        Self { sq: [0.0; ROOM], place: [0; ROOM], len: 0, limit, scale }
     }
 
     /// Keeps the `K` nearest, nearest first, of equally near ones those of lower place; the furthest of them
     /// is the new limit.
     ///
     /// Each goes straight to the place that the number of nearer ones gives: no branch depends on the
-    /// distances.
+    /// distances. They are compared in single precision, twice as many at once; where that does not tell two
+    /// apart, all are sorted.
     #[inline(always)]
     pub fn reduce(&mut self) {
-        let n = self.len.next_multiple_of(LANES);
-        self.sq[self.len..n].fill(f64::INFINITY);
+        let mut short = [f32::INFINITY; ROOM];
+        for (short, sq) in short.iter_mut().zip(&self.sq[..self.len]) {
+            *short = (*sq * self.scale) as f32;
+        }
         // What is not among the nearest ends up behind them.
         let (mut sq, mut place) = ([f64::INFINITY; K + 1], [u32::MAX; K + 1]);
         let mut ranks = 0;
-        for from in (0..n).step_by(LANES) {
-            let rank = self.ranks(from);
+        for from in (0..self.len).step_by(LANES) {
+            let rank = ranks_of(&short[..self.len], &short[from..from + LANES]);
             for (l, &nearer) in rank.iter().enumerate().take(self.len - from) {
                 ranks += nearer;
                 let to = (nearer as usize).min(K);
                 (sq[to], place[to]) = (self.sq[from + l], self.place[from + l]);
             }
         }
-        if ranks == (self.len * self.len.saturating_sub(1) / 2) as u64 {
+        if ranks as usize == self.len * self.len.saturating_sub(1) / 2 {
             self.sq[..K].copy_from_slice(&sq[..K]);
             self.place[..K].copy_from_slice(&place[..K]);
         } else {
@@ -52,23 +59,9 @@ impl Candidates {
         self.limit = self.limit.min(self.sq[K - 1]);
     }
 
-    /// How many are nearer than each of a few, from `from` on.
-    #[inline(always)]
-    pub fn ranks(&self, from: usize) -> [u64; LANES] {
-        let mut own = [0.0; LANES];
-        own.copy_from_slice(&self.sq[from..from + LANES]);
-        let mut rank = [0; LANES];
-        for other in &self.sq[..self.len] {
-            for l in 0..LANES {
-                rank[l] += u64::from(*other < own[l]);
-            }
-        }
-        rank
-    }
-
     /// The same where some are equally near.
     #[cold]
-    pub fn sort(&mut self) {
+    fn sort(&mut self) {
         let mut all: Vec<(f64, u32)> = self.sq[..self.len]
             .iter()
             .copied()
@@ -80,4 +73,18 @@ impl Candidates {
             (self.sq[k], self.place[k]) = (sq, place);
         }
     }
+}
+
+/// How many of `all` are less than each of `some`.
+#[inline(always)]
+fn ranks_of(all: &[f32], some: &[f32]) -> [u32; LANES] {
+    let mut own = [0.0; LANES];
+    own.copy_from_slice(some);
+    let mut rank = [0; LANES];
+    for other in all {
+        for l in 0..LANES {
+            rank[l] += u32::from(*other < own[l]);
+        }
+    }
+    rank
 }

@@ -9,8 +9,9 @@
 use multiversion::multiversion;
 
 use crate::geometry::Vec3;
-use crate::segment::prepare::candidates::ROOM;
-use crate::segment::prepare::candidates::{Candidates, K};
+use crate::segment::prepare::boxes::{Box, LANES, Lanes};
+use crate::segment::prepare::candidates::{Candidates, K, ROOM};
+use crate::segment::prepare::closest::Closest;
 
 /// Points of a run.
 const RUN: usize = 32;
@@ -23,7 +24,8 @@ pub struct Runs {
     n: usize,
     runs: Vec<Run>,
     boxes: Vec<Box>,
-    groups: Vec<Box>,
+    lanes: Vec<Lanes>,
+    groups: Vec<Lanes>,
 }
 
 /// The coordinates of a run. The last run is filled up with NaN, which is near nothing.
@@ -33,42 +35,16 @@ struct Run {
     z: [f64; RUN],
 }
 
-/// A box with sides along the axes.
-#[derive(Clone, Copy)]
-struct Box {
-    low: Vec3,
-    high: Vec3,
-}
-
-impl Box {
-    fn of(points: &[Vec3]) -> Self {
-        let (first, rest) = (points[0], &points[1..]);
-        rest.iter()
-            .fold(Self { low: first, high: first }, |b, p| b.with(&Self { low: *p, high: *p }))
-    }
-
-    fn with(&self, other: &Self) -> Self {
-        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
-    }
-
-    /// Squared distance between two boxes, 0 where they meet.
-    #[inline(always)]
-    fn sq_gap(&self, other: &Self) -> f64 {
-        let mut sq = 0.0;
-        for k in 0..3 {
-            let gap = (self.low[k] - other.high[k]).max(other.low[k] - self.high[k]).max(0.0);
-            sq += gap * gap;
-        }
-        sq
-    }
-}
-
 /// Runs that may hold neighbours of the points of one run, those with the nearest boxes first.
 #[derive(Default)]
 pub struct Search {
     /// The run, and one more than it, so that 0 is none.
     of: usize,
     near: Vec<(f64, u32)>,
+    /// Their boxes.
+    lanes: Vec<Lanes>,
+    /// Squared diagonal of the run's box.
+    sq_size: f64,
     /// The point last asked for and how far its neighbours are.
     last: Option<(Vec3, f64)>,
 }
@@ -83,8 +59,10 @@ impl Runs {
         let runs = points.chunks(RUN).map(run).collect();
         let boxes: Vec<Box> = points.chunks(RUN).map(Box::of).collect();
         let union = |b: &[Box]| b[1..].iter().fold(b[0], |all, b| all.with(b));
-        let groups = boxes.chunks(GROUP).map(union).collect();
-        Self { n: points.len(), runs, boxes, groups }
+        let groups: Vec<Box> = boxes.chunks(GROUP).map(union).collect();
+        let side_by_side = |b: &[Box]| b.chunks(LANES).map(Lanes::of).collect();
+        let (lanes, groups) = (side_by_side(&boxes), side_by_side(&groups));
+        Self { n: points.len(), runs, boxes, lanes, groups }
     }
 
     /// The places of the `K` nearest other points to point `i`, nearest first, and the squared distance to
@@ -95,29 +73,68 @@ impl Runs {
         nearest(self, i, search)
     }
 
+    /// The points nearest to `p`, which comes `after` so many of them in their order. Of equally near ones those of
+    /// lower place come first.
+    pub fn closest(&self, p: &Vec3, after: usize) -> Closest {
+        let mut found = Closest::none();
+        let here = Box { low: *p, high: *p };
+        let own = (after.min(self.n.saturating_sub(1)) / RUN) / GROUP;
+        self.look_into(own, &here, &mut found);
+        for (first, lanes) in self.groups.iter().enumerate() {
+            for (g, gap) in (first * LANES..).zip(lanes.sq_gaps(&here)) {
+                if g != own && gap <= found.limit() {
+                    self.look_into(g, &here, &mut found);
+                }
+            }
+        }
+        found
+    }
+
+    /// Looks at the runs of a group that may be near enough.
+    fn look_into(&self, group: usize, here: &Box, found: &mut Closest) {
+        let lanes = group * GROUP / LANES..self.lanes.len().min((group + 1) * GROUP / LANES);
+        for lane in lanes {
+            for (run, gap) in (lane * LANES..self.runs.len()).zip(self.lanes[lane].sq_gaps(here)) {
+                if gap > found.limit() {
+                    continue;
+                }
+                for (k, sq) in self.sq_distances(run, &here.low).into_iter().enumerate() {
+                    // not the NaN of a point that is missing
+                    if sq <= found.limit() {
+                        found.take(sq, (run * RUN + k) as u32);
+                    }
+                }
+            }
+        }
+    }
+
     fn point(&self, i: usize) -> Vec3 {
         let (run, k) = (&self.runs[i / RUN], i % RUN);
         Vec3::new(run.x[k], run.y[k], run.z[k])
     }
 
-    /// Looks at all points of a run.
+    /// Squared distances of all points of a run.
     #[inline(always)]
-    fn look(&self, run: usize, i: usize, p: &Vec3, found: &mut Candidates) {
+    fn sq_distances(&self, run: usize, p: &Vec3) -> [f64; RUN] {
         let Run { x, y, z } = &self.runs[run];
         let mut sq = [0.0; RUN];
         for k in 0..RUN {
             let (dx, dy, dz) = (x[k] - p.x, y[k] - p.y, z[k] - p.z);
             sq[k] = dx * dx + dy * dy + dz * dz;
         }
+        sq
+    }
+
+    /// Looks at all points of another run than the point's own.
+    #[inline(always)]
+    fn look(&self, run: usize, p: &Vec3, found: &mut Candidates) {
+        let sq = self.sq_distances(run, p);
         if found.len + RUN > ROOM {
             found.reduce();
         }
         let mut hits = 0_u32;
         for k in 0..RUN {
             hits |= u32::from(sq[k] <= found.limit) << k;
-        }
-        if i / RUN == run {
-            hits &= !(1 << (i % RUN));
         }
         while hits != 0 {
             let k = hits.trailing_zeros() as usize;
@@ -128,33 +145,55 @@ impl Runs {
         }
     }
 
+    /// Takes all other points of point `i`'s own run.
+    #[inline(always)]
+    fn look_around(&self, i: usize, p: &Vec3, found: &mut Candidates) {
+        let (run, own) = (i / RUN, i % RUN);
+        let sq = self.sq_distances(run, p);
+        found.sq[..RUN].copy_from_slice(&sq);
+        for k in 0..RUN {
+            found.place[k] = (run * RUN + k) as u32;
+        }
+        // The last point takes its place.
+        let last = RUN.min(self.n - run * RUN) - 1;
+        (found.sq[own], found.place[own]) = (found.sq[last], found.place[last]);
+        found.len = last;
+    }
+
     /// Finds the runs that may hold neighbours of any point of run `r`.
     #[inline(always)]
     fn prepare(&self, r: usize, search: &mut Search) {
         search.of = r + 1;
         search.near.clear();
         let own = &self.boxes[r];
-        // The sixteenth neighbour of any point of the run is no further than that of its first point within
-        // the run and the box's diagonal together.
-        let first = self.point(r * RUN);
-        let mut found = Candidates::within(f64::INFINITY);
-        self.look(r, r * RUN, &first, &mut found);
-        found.reduce();
-        let reach = found.limit.sqrt() + (own.high - own.low).norm();
-        let limit = reach * reach * (1.0 + 1e-9);
-        for (g, group) in self.groups.iter().enumerate() {
-            if group.sq_gap(own) > limit {
+        search.sq_size = (own.high - own.low).norm_squared();
+        // As many points as are asked for are no further than the box's diagonal, if the run has more than that.
+        let full = self.n - r * RUN > K;
+        let limit = if full { search.sq_size * (1.0 + 1e-9) } else { f64::INFINITY };
+        for (g, groups) in self.groups.iter().enumerate() {
+            let gaps = groups.sq_gaps(own);
+            if gaps.iter().all(|gap| *gap > limit) {
                 continue;
             }
-            let runs = g * GROUP..self.boxes.len().min((g + 1) * GROUP);
-            for k in runs.filter(|k| *k != r) {
-                let sq = self.boxes[k].sq_gap(own);
-                if sq <= limit {
-                    search.near.push((sq, k as u32));
+            for (l, _) in gaps.iter().enumerate().filter(|(_, gap)| **gap <= limit) {
+                let from = (g * LANES + l) * GROUP;
+                for k in (from..self.boxes.len().min(from + GROUP)).step_by(LANES) {
+                    let gaps = self.lanes[k / LANES].sq_gaps(own);
+                    for (l, gap) in gaps.into_iter().enumerate() {
+                        if gap <= limit && k + l != r && k + l < self.boxes.len() {
+                            search.near.push((gap, (k + l) as u32));
+                        }
+                    }
                 }
             }
         }
         search.near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        search.lanes.clear();
+        for near in search.near.chunks(LANES) {
+            let mut few = [*own; LANES];
+            near.iter().zip(&mut few).for_each(|(n, b)| *b = self.boxes[n.1 as usize]);
+            search.lanes.push(Lanes::of(&few[..near.len()]));
+        }
     }
 }
 
@@ -170,20 +209,24 @@ fn nearest(all: &Runs, i: usize, search: &mut Search) -> ([u32; K], f64) {
     // The last point and its neighbours are near enough to begin with.
     let limit =
         search.last.map_or(f64::INFINITY, |(q, far)| ((p - q).norm() + far).powi(2) * (1.0 + 1e-9));
-    let mut found = Candidates::within(limit);
-    all.look(r, i, &p, &mut found);
-    if found.limit.is_infinite() {
-        found.reduce();
-    }
-    for &(gap, k) in &search.near {
-        if gap > found.limit {
+    let mut found = Candidates::within(limit, search.sq_size);
+    all.look_around(i, &p, &mut found);
+    found.reduce();
+    for (near, lanes) in search.near.chunks(LANES).zip(&search.lanes) {
+        if near[0].0 > found.limit {
             break;
         }
-        if all.boxes[k as usize].sq_gap(&here) <= found.limit {
-            all.look(k as usize, i, &p, &mut found);
+        let gaps = lanes.sq_gaps(&here);
+        for (&(_, k), gap) in near.iter().zip(gaps) {
+            if gap <= found.limit {
+                all.look(k as usize, &p, &mut found);
+            }
         }
     }
-    found.reduce();
+    // In a run of few points what was added may be all there is.
+    if found.len > K || all.n - r * RUN <= K {
+        found.reduce();
+    }
     search.last = Some((p, found.limit.sqrt()));
     let mut places = [u32::MAX; K];
     places[..found.len].copy_from_slice(&found.place[..found.len]);

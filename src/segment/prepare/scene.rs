@@ -6,6 +6,7 @@ use crate::geometry::Vec3;
 use crate::segment::prepare::candidates::K;
 use crate::segment::prepare::nearest::{Runs, Search};
 use crate::segment::prepare::normals::{consensus_normal, normal_of};
+use crate::segment::prepare::work::Work;
 use crate::segment::{Cancelled, Monitor};
 
 /// Points worked on at once; fixed, so that the result does not depend on the number of threads.
@@ -23,6 +24,8 @@ pub struct Scene<'a> {
     neighbours: Vec<u32>,
     /// Median distance to the fourth neighbour.
     pub spacing: f64,
+    /// The work done on it.
+    pub work: Work,
     /// Who may cancel the work on it.
     monitor: &'a dyn Monitor,
 }
@@ -75,12 +78,8 @@ impl<'a> Scene<'a> {
             });
         let mid = n / 2;
         let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
-        Self { points, normals, roughness, neighbours, spacing, monitor }
-    }
-
-    /// The scene of some other points, watched by the same monitor; half of one where it cancels.
-    pub fn part(&self, points: Vec<Vec3>) -> Self {
-        Self::built(points, self.monitor)
+        let work = Work::default();
+        Self { points, normals, roughness, neighbours, spacing, work, monitor }
     }
 
     /// Whether the work on the scene is to stop. Loops over points, regions or pairs of them ask it every few

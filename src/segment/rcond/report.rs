@@ -1,6 +1,7 @@
 use super::{found::Found, surface::FittedSurface};
 use crate::geometry::{Frame, Quadric, Recovered, Tolerance, Vec3, recover_local};
 use crate::segment::equation::Equations;
+use crate::segment::median::deviation;
 use crate::segment::{Extent, Fit, Monitor, Parameters, Region, Segmentation, Unassigned};
 
 /// Writes down what was found. Regions whose final surface is imaginary, or two crossing planes, are
@@ -28,6 +29,8 @@ pub fn report(
         labels: found.labels,
         unassigned: Unassigned { count, reasons: [("no_quadric", count)].into() },
         counters: found.counters,
+        sampling: None,
+        warnings: Vec::new(),
     }
 }
 
@@ -64,13 +67,16 @@ fn describe(surface: &FittedSurface, points: &[Vec3]) -> Option<Region> {
 /// Distances are taken in the local frame, where far coordinates cost no digits.
 fn fit(local: &Quadric, frame: &Frame, points: &[Vec3]) -> Fit {
     let (mut sum, mut max) = (0.0, 0.0_f64);
+    let mut distances = Vec::with_capacity(points.len());
     for p in points {
         let distance = frame.scale * local.distance(&frame.local_from_world(p));
         sum += distance * distance;
         max = max.max(distance);
+        distances.push(distance);
     }
     let rms = (sum / points.len().max(1) as f64).sqrt();
-    Fit { rms, max, used: points.len(), rejected: 0 }
+    let noise = deviation(distances.into_iter()).unwrap_or(0.0);
+    Fit { rms, noise, max, used: points.len(), rejected: 0 }
 }
 
 fn extent(points: &[Vec3]) -> Option<Extent> {

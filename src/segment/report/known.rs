@@ -1,10 +1,11 @@
 //! A region in the contract's terms.
 
-use crate::fit::Shape;
+use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Continuity;
 use crate::segment::equation::Equations;
 use crate::segment::found::Found;
+use crate::segment::median::deviation;
 use crate::segment::report::constraints::Candidate;
 use crate::segment::report::evidence::evidence;
 use crate::segment::report::tally::{Tally, sample};
@@ -40,6 +41,7 @@ impl Known {
         let some: Vec<Vec3> =
             members.iter().step_by(stride).map(|&i| found.points[i as usize]).collect();
         let share = members.len() as f64 / some.len() as f64;
+        let fit = Fit { noise: noise(&shape, &some), ..fit };
         let few = sample(&found.points, members, evidence::SAMPLE.get());
         let extent = tally.extent(&found.centre);
         Some(Self {
@@ -72,6 +74,15 @@ impl Known {
             neighbours: joints.iter().filter_map(|j| neighbour(j, id)).collect(),
         })
     }
+}
+
+/// The noise that points about a surface show: most of them, whatever a few outliers do. What the fit took is counted in.
+fn noise(shape: &Shape, points: &[Vec3]) -> f64 {
+    let ruler = Ruler::of(shape);
+    let n = points.len();
+    let freedom = n.saturating_sub(shape.family.dof()).max(1) as f64;
+    let scatter = deviation(points.iter().map(|p| ruler.distance(p))).unwrap_or(0.0);
+    scatter * (n as f64 / freedom).sqrt()
 }
 
 /// The equations of a shape relative to the cloud's centre. The one about an origin near the points comes from the

@@ -8,6 +8,7 @@ pub mod known;
 pub mod motion;
 pub mod pieces;
 pub mod reasons;
+pub mod sampling;
 pub mod tally;
 pub mod uncertainty;
 use crate::segment::report::tally::CHUNK;
@@ -21,14 +22,16 @@ use crate::segment::equation::Equations;
 use crate::segment::finish::others;
 use crate::segment::finish::others::{Other, asked_for};
 use crate::segment::found::Found;
+use crate::segment::median::deviation;
 use crate::segment::partition::members;
 use crate::segment::prepare::place::place;
+use crate::segment::prepare::sampling::sampled;
 use crate::segment::report::constraints::{Candidate, enforce, most_rms};
 use crate::segment::report::joints::{Scale, joints};
 use crate::segment::report::known::{Joint, Known};
 use crate::segment::report::reasons::{Reason, explain};
 use crate::segment::report::tally::{Scatter, extent_of, tallies};
-use crate::segment::{Cancelled, Monitor, Parameters, Region, Segmentation, Unassigned};
+use crate::segment::{Cancelled, Fit, Monitor, Parameters, Region, Segmentation, Unassigned};
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
 ///
@@ -58,9 +61,14 @@ pub fn report(
         }
         free.retain(|&i| labels[i as usize] < 0);
     }
-    let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
-    for (reason, n) in explain(&left, spacing, parameters.min_points, monitor) {
-        *reasons.entry(reason).or_insert(0) += n;
+    // Tori, which are not reported, were found nevertheless.
+    let found_out = |i: &u32| !found.scene.work.is_left() || found.labels[*i as usize] >= 0;
+    let (seen, unseen): (Vec<u32>, Vec<u32>) = free.iter().partition(|i| found_out(i));
+    for (free, examined) in [(seen, true), (unseen, false)] {
+        let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
+        for (reason, n) in explain(&left, spacing, parameters.min_points, examined, monitor) {
+            *reasons.entry(reason).or_insert(0) += n;
+        }
     }
     monitor.check()?;
     let tallies = tallies(points, &labels, &kept, monitor);
@@ -76,7 +84,11 @@ pub fn report(
     let mut regions: Vec<Region> = first.chain(further).collect();
     let labels = in_cloud_order(&labels, &found.places);
     count_points(&mut regions, &labels);
+    let sampled = sampled(points);
+    monitor.check()?;
     Ok(Segmentation {
+        sampling: Some(sampling::told(&sampled)),
+        warnings: sampling::warnings(&sampled, found.noise),
         regions,
         unassigned: unassigned(&labels, reasons),
         labels,
@@ -124,6 +136,7 @@ fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
     let points: Vec<Vec3> = other.members.iter().map(|&i| found.points[i as usize]).collect();
     let mut scatter = Scatter::default();
     points.iter().for_each(|p| scatter.add(other.quadric.distance(p)));
+    let noise = deviation(points.iter().map(|p| other.quadric.distance(p))).unwrap_or(0.0);
     let (centre, extent) = (found.centre, extent_of(&points, &found.centre)?);
     let far = other.quadric.moved_to(&-centre);
     let local = |o: &Vec3| other.quadric.moved_to(&(o - centre));
@@ -139,7 +152,7 @@ fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
         local_coefficients: equations.local_coefficients,
         surface: None,
         uncertainty: None,
-        fit: scatter.fit(points.len(), 0),
+        fit: Fit { noise, ..scatter.fit(points.len(), 0) },
         evidence: None,
         extent: Some(extent),
         neighbours: Vec::new(),

@@ -27,6 +27,8 @@ pub enum Reason {
     TooSmall,
     /// Its surface is a torus, a freeform or a quadric that was not asked for.
     NoQuadric,
+    /// What its surface is was not looked at to the end: the work on the cloud had come to its bound.
+    NotExamined,
     /// Its region is not among the `max_regions` largest.
     OverMaxRegions,
     /// A further copy of a point that another reason counts.
@@ -40,6 +42,7 @@ impl Reason {
             Self::Outlier => "outlier",
             Self::TooSmall => "too_small",
             Self::NoQuadric => "no_quadric",
+            Self::NotExamined => "not_examined",
             Self::OverMaxRegions => "over_max_regions",
             Self::Duplicate => "duplicate",
         }
@@ -50,12 +53,14 @@ impl Reason {
 /// smallest region's.
 ///
 /// Points hang together within 2.5 spacings. A group of fewer than ten, or one that fills a volume, is
-/// outliers; one below `min_points` is too small a patch; any other is a surface that is no quadric.
+/// outliers; one below `min_points` is too small a patch; any other is a surface that is no quadric or, where not
+/// everything was `examined`, may be any.
 /// Of more than 50 000 points the counts are estimated from a sample.
 pub fn explain(
     points: &[Vec3],
     spacing: f64,
     min_points: usize,
+    examined: bool,
     monitor: &dyn Monitor,
 ) -> BTreeMap<Reason, usize> {
     let mut counts = BTreeMap::new();
@@ -72,7 +77,10 @@ pub fn explain(
         if scene.cancelled() {
             break;
         }
-        let reason = judge(&scene, &group, group.len() * stride, min_points);
+        let reason = match judge(&scene, &group, group.len() * stride, min_points) {
+            Reason::NoQuadric if !examined => Reason::NotExamined,
+            reason => reason,
+        };
         // Shares are cut from one running total, so that they add up to n.
         let (from, to) = (seen * n / m, (seen + group.len()) * n / m);
         seen += group.len();
@@ -129,8 +137,12 @@ mod tests {
         let mut points = sheet(0.0, 20);
         points.extend(sheet(100.0, 5));
         points.extend((0..7).map(|k| Vec3::new(300.0 + 50.0 * f64::from(k), 0.0, 9.0)));
-        let counts = explain(&points, 1.0, 50, &Silent);
+        let counts = explain(&points, 1.0, 50, true, &Silent);
         let expected = [(Reason::Outlier, 7), (Reason::TooSmall, 25), (Reason::NoQuadric, 400)];
+        assert_eq!(counts, expected.into());
+        // Of sheets that were not looked at nobody knows.
+        let counts = explain(&points, 1.0, 50, false, &Silent);
+        let expected = [(Reason::Outlier, 7), (Reason::TooSmall, 25), (Reason::NotExamined, 400)];
         assert_eq!(counts, expected.into());
     }
 
@@ -139,7 +151,7 @@ mod tests {
         let mut random = SplitMix64::new(1);
         let mut u = || 10.0 * uniform(&mut random);
         let points: Vec<Vec3> = (0..1000).map(|_| Vec3::new(u(), u(), u())).collect();
-        assert_eq!(explain(&points, 1.0, 50, &Silent), [(Reason::Outlier, 1000)].into());
+        assert_eq!(explain(&points, 1.0, 50, true, &Silent), [(Reason::Outlier, 1000)].into());
     }
 
     #[test]
@@ -149,7 +161,7 @@ mod tests {
             let side = (n as f64).sqrt();
             let mut u = || side * uniform(&mut random);
             let points: Vec<Vec3> = (0..n).map(|_| Vec3::new(u(), u(), 0.0)).collect();
-            let counts = explain(&points, 1.0, 50, &Silent);
+            let counts = explain(&points, 1.0, 50, true, &Silent);
             assert_eq!(counts.values().sum::<usize>(), n);
             assert!(counts[&Reason::NoQuadric] > n * 9 / 10, "{counts:?}");
         }
@@ -157,7 +169,10 @@ mod tests {
 
     #[test]
     fn a_handful_of_points_are_outliers_and_none_have_no_reason() {
-        assert_eq!(explain(&[Vec3::zeros(); 3], 1.0, 50, &Silent), [(Reason::Outlier, 3)].into());
-        assert_eq!(explain(&[], 1.0, 50, &Silent).values().sum::<usize>(), 0);
+        assert_eq!(
+            explain(&[Vec3::zeros(); 3], 1.0, 50, true, &Silent),
+            [(Reason::Outlier, 3)].into()
+        );
+        assert_eq!(explain(&[], 1.0, 50, true, &Silent).values().sum::<usize>(), 0);
     }
 }

@@ -117,7 +117,7 @@ impl Scatter {
 
     pub fn fit(&self, used: usize, rejected: usize) -> Fit {
         let rms = (self.sum_sq / used.max(1) as f64).sqrt();
-        Fit { rms, max: self.max, used, rejected }
+        Fit { rms, noise: rms, max: self.max, used, rejected }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::segment::family::{Families, MOST_RADIUS, Policy};
 use crate::segment::judge::{breadth, strays};
 use crate::segment::label::{shares, spread};
 use crate::segment::partition::Partition;
-use crate::segment::prepare::noise;
+use crate::segment::prepare::noise::Noise;
 use crate::segment::prepare::place::place;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor, Parameters, SegmentError, Stage, discover, objective};
@@ -38,10 +38,11 @@ impl Discovery<'_> {
     }
 }
 
-/// Finds surfaces on at most `limit` of the points, evenly along their Morton order.
+/// Finds surfaces on at most `limit` of the points, evenly along their Morton order, whose noise is `estimated`.
 pub fn discover<'a>(
     points: &[Vec3],
     limit: usize,
+    estimated: &Noise,
     enough: usize,
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
@@ -52,8 +53,7 @@ pub fn discover<'a>(
     let mut scene = Scene::watched(taken, monitor)?;
     let extent = extent(&scene.points);
     let rounding = rounding(&scene.points);
-    let estimate = noise::estimate(&scene);
-    let noise = parameters.noise_sigma.unwrap_or(estimate).max(rounding);
+    let noise = parameters.noise_sigma.unwrap_or(estimated.sigma).max(rounding);
     monitor.check()?;
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
     let allowed = parameters.tolerance.map_or(0.0, |t| t / objective::ACCEPT.get());
@@ -71,7 +71,7 @@ pub fn discover<'a>(
         policy: Policy::of(parameters),
     };
     monitor.progress(Stage::Grow, 0.1);
-    let mut model = if parameters.noise_sigma.is_none() && noise::fills_volume(&scene, sigma) {
+    let mut model = if parameters.noise_sigma.is_none() && estimated.fills_volume {
         Partition { labels: vec![-1; m], ..Partition::default() }
     } else {
         discover::discover(&scene, &mut families, enough, parameters, monitor)?

@@ -7,6 +7,7 @@ use crate::geometry::Vec3;
 use crate::segment::discover::further;
 use crate::segment::label::{shares, spread};
 use crate::segment::objective::ENOUGH;
+use crate::segment::prepare::noise;
 use crate::segment::sample::discovery::{Discovery, discover, label_all};
 use crate::segment::{Monitor, Parameters, SegmentError, partition};
 
@@ -17,6 +18,8 @@ constants! {
     FINE: usize = 320_000, Effort("points of the densest sample");
     /// Points of the sample that every surface must have for the sample to count as dense enough.
     DENSE_ENOUGH: usize = 200, Effort("samples that are not made denser");
+    /// Points that a sample has even where they lie on rows, if there are as many.
+    SPARSE: usize = 2_000, Effort("points of the sparsest sample");
 }
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
@@ -25,24 +28,28 @@ pub fn discover_on_samples<'a>(
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<(Discovery<'a>, shares::Labelled), SegmentError> {
-    let most = points.len().min(FINE.get());
+    let noise = noise::estimate(points, monitor);
+    monitor.check()?;
+    // Neighbourhoods of a denser sample lie on single rows.
+    let whole = noise.spanning.max(points.len().min(SPARSE.get()));
+    let most = whole.min(FINE.get());
     let label = |found: Discovery<'a>| -> Result<_, SegmentError> {
         let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
         Ok((found, labelled))
     };
-    let look = |size, enough| discover(points, size, enough, parameters, monitor);
+    let look = |size, enough| discover(points, size, &noise, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
-    let mut size = if points.len() <= 2 * COARSE.get() { points.len() } else { COARSE.get() };
+    let mut size = if whole <= 2 * COARSE.get() { whole } else { COARSE.get() };
     loop {
         let found = look(size, if size < most { DENSE_ENOUGH.get() } else { 0 })?;
         if let Some(few) = found.model.thin {
-            size = denser(size, few, points.len());
+            size = denser(size, few, whole);
         } else if size >= most {
             return label(found);
         } else {
             match judge(points, &found, parameters, monitor)? {
                 Judged::Enough(labelled) => return Ok((found, labelled)),
-                Judged::Thin(least) => size = denser(size, least, points.len()),
+                Judged::Thin(least) => size = denser(size, least, whole),
             }
         }
     }

@@ -112,7 +112,8 @@ fn numbers(value: &Value, into: &mut Vec<f64>) {
 
 impl From<&Fit> for v1::Fit {
     fn from(fit: &Fit) -> Self {
-        Self { rms: fit.rms, max: fit.max, used: count(fit.used), rejected: count(fit.rejected) }
+        let Fit { rms, noise, max, used, rejected } = *fit;
+        Self { rms, noise, max, used: count(used), rejected: count(rejected) }
     }
 }
 

@@ -1,6 +1,6 @@
 use super::{count, parameters::format_to_message, v1};
 use crate::{
-    segment::Counters,
+    segment::{Counters, Sampling, SamplingKind, Warning},
     service::{Document, Input, Timing, UnassignedPoints},
 };
 
@@ -13,6 +13,8 @@ impl From<Document> for v1::Segmentation {
             regions: document.regions.iter().map(Into::into).collect(),
             labels: document.labels.unwrap_or_default(),
             unassigned: Some(document.unassigned.into()),
+            sampling: document.sampling.map(Into::into),
+            warnings: document.warnings.into_iter().map(Into::into).collect(),
             counters: Some((&document.counters).into()),
             timing: Some(document.timing.into()),
         }
@@ -27,6 +29,25 @@ impl From<&Input> for v1::Input {
             format: format_to_message(&input.format).into(),
             skipped: count(input.skipped),
         }
+    }
+}
+
+impl From<Sampling> for v1::Sampling {
+    fn from(sampling: Sampling) -> Self {
+        let kind = match sampling.kind {
+            SamplingKind::Scattered => v1::SamplingKind::Scattered,
+            SamplingKind::ScanLines => v1::SamplingKind::ScanLines,
+            SamplingKind::Grid => v1::SamplingKind::Grid,
+            SamplingKind::Lattice => v1::SamplingKind::Lattice,
+        };
+        let Sampling { along, across, steps: [x, y, z], .. } = sampling;
+        Self { kind: kind.into(), along, across, steps: Some(v1::Vector { x, y, z }) }
+    }
+}
+
+impl From<Warning> for v1::Warning {
+    fn from(warning: Warning) -> Self {
+        Self { code: warning.code, message: warning.message }
     }
 }
 

@@ -1,0 +1,87 @@
+//! Steps in which coordinates come: decimals, floating point numbers far from the origin, voxels.
+
+use crate::fit::constant::constants;
+use crate::geometry::Vec3;
+
+constants! {
+    /// Points whose coordinates are compared.
+    SAMPLE: usize = 2_000, Effort("points compared");
+    /// What counts as rounding, in sizes of the cloud.
+    ROUNDING: f64 = 1e-12, Derived("a few thousand roundings of a double");
+    /// Steps shorter than this, in sizes of the cloud, are those of any double.
+    LEAST: f64 = 1e-9, Derived("a thousand times what counts as rounding");
+}
+
+/// The even step in which each coordinate of the points comes; nought where in none.
+pub fn steps(points: &[Vec3]) -> [f64; 3] {
+    let size = points.iter().flat_map(|p| p.iter()).fold(0.0_f64, |m, x| m.max(x.abs()));
+    std::array::from_fn(|k| {
+        let m = points.len().min(SAMPLE.get());
+        let mut values: Vec<f64> = (0..m).map(|i| points[i * points.len() / m][k]).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let gaps = values.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > ROUNDING.get() * size);
+        common_divisor(gaps, ROUNDING.get() * size, LEAST.get() * size)
+    })
+}
+
+/// The largest length of which all gaps are multiples but for `rounding`; nought where it is below `least`.
+fn common_divisor(gaps: impl Iterator<Item = f64>, rounding: f64, least: f64) -> f64 {
+    let mut step = 0.0_f64;
+    for gap in gaps {
+        let mut rest = gap;
+        // Euclid's algorithm
+        while rest > rounding {
+            if step == 0.0 {
+                step = rest;
+                break;
+            }
+            let left = (rest - (rest / step).round() * step).abs();
+            // A multiple of the step, counted in steps, has the rounding of both its ends and that many of the step's.
+            if left <= rounding * (4.0 + rest / step) {
+                break;
+            }
+            (rest, step) = (step, left);
+            if step < least {
+                return 0.0;
+            }
+        }
+    }
+    step
+}
+
+/// The standard deviation that rounding to the steps gives a point along a normal.
+pub fn rounding(steps: &[f64; 3], normal: &Vec3) -> f64 {
+    let sum: f64 = steps.iter().zip(normal.iter()).map(|(s, n)| (s * n).powi(2)).sum();
+    (sum / 12.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fits::Random;
+
+    #[test]
+    fn decimals_and_single_precision_far_away_have_a_step_and_other_numbers_none() {
+        let mut random = Random::new(1);
+        let mut cloud = |round: &dyn Fn(f64) -> f64| -> Vec<Vec3> {
+            let mut at = || random.uniform(-40.0, 60.0);
+            (0..3000).map(|_| Vec3::new(round(at()), at(), round(3.0 * at()))).collect()
+        };
+        let shift = Vec3::new(3.1234, 2.7, 0.377);
+        let of =
+            |cloud: Vec<Vec3>| steps(&cloud.into_iter().map(|p| p - shift).collect::<Vec<_>>());
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
+        let [x, y, z] = of(cloud(&|x| (100.0 * x).round() / 100.0));
+        assert!(near(x, 0.01) && y == 0.0 && near(z, 0.01), "{x} {y} {z}");
+        let [x, _, z] = of(cloud(&|x| f64::from((x + 4e6) as f32) - 4e6));
+        assert!(near(x, 0.25) && near(z, 0.25), "{x} {z}");
+        assert_eq!(of(cloud(&|x| x)), [0.0; 3]);
+        assert_eq!(steps(&[]), [0.0; 3]);
+    }
+
+    #[test]
+    fn rounding_to_a_step_scatters_by_its_twelfth() {
+        let normal = Vec3::new(0.6, 0.0, 0.8);
+        assert!((rounding(&[1.0, 5.0, 0.0], &normal) - 0.6 / 12_f64.sqrt()).abs() < 1e-12);
+    }
+}
