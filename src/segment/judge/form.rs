@@ -23,7 +23,7 @@ constants! {
     LEVELS: usize = 7, Effort("scatters tried");
     /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
     /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
-    ROUGH: f64 = 0.02, Trial(0.05, 0.05);
+    ROUGH: f64 = 0.02, Trial(0.02, 0.05);
     /// Seeds that tell whether a level is worth trying.
     LOOK: usize = 16, Effort("seeds tried");
 }
