@@ -5,7 +5,8 @@
 //!
 //! `-- --constants [WORD ...]` prints the numbers that the engine decides with, those whose path holds one of the words;
 //! `-- --perturb [WORD ...]` scales each by 0.8 and by 1.25 and says what a small set of clouds makes of it,
-//! `-- --range [WORD ...]` how far each can be scaled either way until a cloud is lost.
+//! `-- --range [WORD ...]` how far each can be scaled either way until a cloud is lost; `-- --set PATH=VALUE ...` prints
+//! the table with other values.
 
 #[path = "../tests/clouds/mod.rs"]
 mod clouds;
@@ -58,6 +59,12 @@ fn arguments() -> Option<Arguments> {
         match word.as_str() {
             "--seed" => parsed.seed = words.next()?.parse().ok()?,
             "--dump" => parsed.dump = Some(words.next()?.into()),
+            "--set" => {
+                let word = words.next()?;
+                let (name, value) = word.split_once('=')?;
+                let constant = constants().find(|c| path(*c) == name)?;
+                constant.scale(value.parse::<f64>().ok()? / constant.given());
+            }
             "--bench" => {}
             name if name.starts_with('-') => return None,
             name => parsed.names.push(name.into()),
@@ -83,7 +90,7 @@ fn main() -> ExitCode {
     }
     let Some(arguments) = arguments() else {
         eprintln!(
-            "usage: accuracy [--seed N] [--dump DIR] [NAME ...] | (--constants | --perturb | --range) [WORD ...]"
+            "usage: accuracy [--seed N] [--dump DIR] [--set PATH=VALUE] [NAME ...] | (--constants | --perturb | --range) [WORD ...]"
         );
         return ExitCode::from(2);
     };

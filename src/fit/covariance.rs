@@ -15,7 +15,7 @@ constants! {
     /// Runs of consecutive points whose gradients are summed apart.
     BLOCKS: usize = 256, Effort("sums kept apart");
     /// Fewer blocks than this tell nothing about correlation.
-    LEAST_BLOCKS: usize = 16, Trial(16.0, 16.0);
+    LEAST_BLOCKS: usize = 16, Derived("a variance is known to sqrt(2 / 16), a third, from so many");
     /// Standard deviations by which correlated residuals must stand out.
     SURE: f64 = 3.0, Derived("three standard deviations: chance exceeds them once in 370");
 }

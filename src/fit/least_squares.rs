@@ -94,9 +94,6 @@ constants! {
     NARROWER: f64 = 0.25, Effort("fits on the way");
     /// Steps of each fit on the way.
     APPROACH: usize = 8, Effort("steps of one fit");
-    /// Typical residual, over Cauchy's constant, of points that no surface of the family comes near: with an outlier
-    /// among eight points it comes to that only where the constant is a hundred-millionth of them.
-    AWAY: f64 = 10.0, Trial(10.0, 10.0);
     /// Steps in a row after which a fit whose gains do not lead to what is wanted gives up.
     VAIN: usize = 2, Effort("steps of one fit");
     /// Residuals this many times Cauchy's constant are more than noise.
@@ -130,7 +127,7 @@ fn approach(start: &Shape, points: &Columns, cut: f64) -> Approach {
         let (next, left) = descend(&shape, points, &options, f64::INFINITY);
         shape = next;
         let residual = typical(left / points.total, wide);
-        if residual > AWAY.get() {
+        if residual > FAR.get() {
             return Approach::Far(shape, cost(&shape, points, cauchy(cut)));
         }
         wide *= residual.min(NARROWER.get());

@@ -14,7 +14,7 @@ use crate::geometry::{Mat3, Vec3};
 
 constants! {
     /// The least factor by which one step may scale an equation.
-    LEAST_SCALE: f64 = 0.1, Trial(0.1, 0.1);
+    LEAST_SCALE: f64 = 0.1, Effort("length of one step");
     /// Distance of the points' mean from a cone's axis, over its radius, beyond which they lie to one side of it.
     ONE_SIDE: f64 = 0.5, Trial(0.5, 0.5);
 }

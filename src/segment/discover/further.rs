@@ -6,6 +6,7 @@ use crate::geometry::Vec3;
 use crate::segment::family::{Families, MOST_RADIUS, Policy};
 use crate::segment::grow::search::Search;
 use crate::segment::grow::select::select;
+use crate::segment::objective::ENOUGH;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Monitor, Parameters};
 
@@ -14,8 +15,6 @@ constants! {
     LIMIT: usize = 60_000, Effort("points looked at");
     /// Seeds tried on them.
     SEEDS: usize = 64, Effort("seeds tried");
-    /// Points that a surface worth a region has at least.
-    LEAST: usize = 40, Trial(40.0, 40.0);
 }
 
 /// Whether what a model leaves of a cloud holds a surface worth a region.
@@ -47,7 +46,7 @@ pub fn holds_surface(
     let found = search.run(trials, |_| false, monitor)?;
     // what passes over what is left would take
     let found = found.into_iter().filter(|h| h.sound).collect();
-    let chosen = select(&scene, found, sigma, 0, LEAST.get()).0;
+    let chosen = select(&scene, found, sigma, 0, ENOUGH.get()).0;
     monitor.check()?;
     Ok(!chosen.is_empty())
 }

@@ -16,6 +16,7 @@ use crate::segment::judge::stability;
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::moves::adopt::adopt;
 use crate::segment::moves::converge;
+use crate::segment::objective::{FEW, LITTLE, PART};
 use crate::segment::partition::{Partition, members, retain};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor, Parameters, Stage};
@@ -25,16 +26,6 @@ constants! {
     CONFIRMED: usize = 50_000, Effort("points of the second sample");
     /// Rounds over what is still without a surface.
     PASSES: usize = 3, Effort("passes");
-    /// Points that a surface of what other surfaces leave must explain: it gets the rest of its points back from them as
-    /// labels settle.
-    LEFT: usize = 24, Trial(24.0, 24.0);
-    /// Share of the hypotheses that may have too few points: those that bridge others leave slivers to these.
-    SLIVERS: f64 = 0.25, Trial(0.25, 0.25);
-    /// Share of the surfaces with the fewest points of which the next one tells how thin a sample is; more than that may
-    /// not have too few once labels have settled.
-    FEWEST: f64 = 0.1, Trial(0.1, 0.1);
-    /// How many times more points than a surface must have a further pass needs: surfaces leave some of their own.
-    OWN_LEFT: f64 = 1.5, Trial(1.5, 1.5);
 }
 
 /// Finds the surfaces of a scene.
@@ -56,9 +47,7 @@ pub fn discover(
     // Whether there is nothing but surfaces.
     let (mut all, mut left) = (true, Left::of(scene.len()));
     for pass in 0..PASSES.get() {
-        // What surfaces leave of their own is more than what a whole cloud must have.
-        let more = if pass == 0 { 1.0 } else { OWN_LEFT.get() };
-        if left.look(&model.labels) < (more * families.policy.least as f64) as usize {
+        if left.look(&model.labels) < families.policy.least {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
@@ -75,7 +64,7 @@ pub fn discover(
                 model.allowed = families.sigma;
             }
             let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
-            model.thin = thin(&labels, chosen.len(), enough, SLIVERS.get());
+            model.thin = thin(&labels, chosen.len(), enough, PART.get());
             (chosen, labels)
         } else {
             left.chosen(scene, families, seed, &mut model, monitor)?
@@ -87,7 +76,7 @@ pub fn discover(
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
-        model.thin = thin(&model.labels, model.shapes.len(), enough, FEWEST.get());
+        model.thin = thin(&model.labels, model.shapes.len(), enough, LITTLE.get());
         if model.thin.is_some() {
             break;
         }
@@ -146,7 +135,7 @@ impl Left {
         model: &mut Partition,
         monitor: &dyn Monitor,
     ) -> Result<(Vec<Hypothesis>, Vec<i32>), Cancelled> {
-        let few = families.with_least(LEFT.get());
+        let few = families.with_least(FEW.get());
         let rest = self.scene(scene, families.sigma, monitor)?;
         let found = self.hypotheses(&rest, &few, seed, &mut model.trials, monitor)?;
         scene.work.leave_with(&rest.work);
@@ -176,7 +165,7 @@ fn thin(labels: &[i32], surfaces: usize, enough: usize, share: f64) -> Option<us
     let mut sizes: Vec<usize> = members(labels, surfaces).iter().map(Vec::len).collect();
     sizes.sort_unstable();
     let few = sizes.partition_point(|s| *s < enough);
-    let typical = sizes.get((FEWEST.get() * surfaces as f64) as usize).copied();
+    let typical = sizes.get((LITTLE.get() * surfaces as f64) as usize).copied();
     typical.filter(|_| few as f64 > share * surfaces as f64)
 }
 

@@ -4,18 +4,15 @@ use crate::fit::Ruler;
 use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::median::deviation;
+use crate::segment::objective::MOST;
 use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
 
 constants! {
     /// Labelled points that tell the noise, unless they are most of a small scene's.
     ENOUGH: usize = 100, Derived("the noise from so many is off by 1 / sqrt(2 n) = 7 %");
-    /// Share of a small scene's points that is most of them.
-    MOST: f64 = 0.75, Trial(0.75, 0.75);
     /// Factor by which the noise may fall at once.
     LOWER: f64 = 0.2, Trial(0.2, 0.2);
-    /// Factor by which the noise may rise at once.
-    HIGHER: f64 = 1.05, Trial(1.05, 1.05);
 }
 
 /// Robust sigma of all labelled points about their surfaces.
@@ -38,9 +35,7 @@ pub fn residual_sigma(scene: &Scene, model: &Partition) -> Option<f64> {
 /// Takes the noise to be what is left at the surfaces found.
 pub fn tighten(scene: &Scene, model: &Partition, families: &mut Families) {
     if let Some(s) = residual_sigma(scene, model) {
-        families.sigma = s
-            .max(families.sigma * LOWER.get())
-            .min(families.sigma * HIGHER.get())
-            .max(families.floor);
+        families.sigma =
+            s.max(families.sigma * LOWER.get()).min(families.sigma).max(families.floor);
     }
 }

@@ -8,7 +8,7 @@ use crate::fit::least_squares::{Fitted, Options, fit_below};
 use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Parameters;
-use crate::segment::objective::unassigned;
+use crate::segment::objective::{CHANCE, ENOUGH, unassigned};
 use crate::segment::prepare::candidates::K;
 
 constants! {
@@ -17,18 +17,14 @@ constants! {
     pub MOST_RADIUS: f64 = 1000.0, Trial(1000.0, 1000.0);
     /// Least radius of a torus about its axis, over that of its tube: below that a sphere is meant.
     LEAST_TORUS: f64 = 0.02, Trial(0.02, 0.02);
-    /// Points that a surface must explain, unless regions may have fewer.
-    LEAST: usize = 40, Trial(40.0, 40.0);
     /// Least radius in sigmas: what bends more is as thick as the noise.
-    LEAST_RADIUS: f64 = 6.0, Trial(6.0, 6.0);
+    LEAST_RADIUS: f64 = 6.0, Derived("the noise of both its sides, three sigmas each, meets in the middle");
     /// Least half angle of a cone, in radians: below that a cylinder is meant.
     LEAST_ANGLE: f64 = 1e-4, Trial(0.0001, 0.0001);
     /// Cauchy's constant of fits while surfaces are looked for, in sigmas: 2.385 has an efficiency of 95 % on normal noise.
     pub ROBUST: f64 = 2.5, Trial(2.5, 2.5);
     /// Share of its cost by which a step of such a fit must lower it.
     ROUGHLY: f64 = 1e-3, Effort("steps of one fit");
-    /// Standard deviations of the reduced chi2 of pure noise up to which a surface explains its points.
-    EXPLAINS: f64 = 1.5, Trial(1.5, 1.5);
 }
 
 /// What may be fitted, and how exact the points are.
@@ -69,7 +65,7 @@ impl Policy {
     /// The policy that `parameters` ask for.
     pub fn of(parameters: &Parameters) -> Self {
         let Parameters { merge, refine, max_failed_seeds, min_points, .. } = *parameters;
-        Self { merge, refine, failures: max_failed_seeds, least: min_points.min(LEAST.get()) }
+        Self { merge, refine, failures: max_failed_seeds, least: min_points.min(ENOUGH.get()) }
     }
 }
 
@@ -158,6 +154,6 @@ impl Families {
 
     /// Whether a score is what noise alone would give.
     pub fn explains(&self, s: &Scored, n: usize) -> bool {
-        s.reduced < 1.0 + EXPLAINS.get() * (2.0 / n as f64).sqrt()
+        s.reduced < 1.0 + CHANCE.get() * (2.0 / n as f64).sqrt()
     }
 }

@@ -7,6 +7,7 @@ use crate::fit::local_quadric::LocalQuadrics;
 use crate::fit::starts::Patch;
 use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
+use crate::segment::objective::SOUND;
 
 constants! {
     /// Points that every family is first tried on where all are wanted.
@@ -15,8 +16,6 @@ constants! {
     START: usize = 160, Effort("points of one fit");
     /// Points that a start is first fitted to.
     GLANCE: usize = 80, Effort("points of one fit");
-    /// Reduced chi2 of those few beyond which a family is out where the first that explains all will do.
-    HOPELESS: f64 = 3.0, Effort("families that are not tried");
     /// A family comes near the best where its chi2 is below this many times that one's and [`SLACK`] a point; on the few
     /// points of a glance, below twice that.
     NEARBY: f64 = 1.5, Effort("families that are not tried");
@@ -76,7 +75,7 @@ impl Families {
             if let Some(few) = &few
                 && !starts.is_empty()
             {
-                let hopeful = self.promising(starts, few, HOPELESS.get(), f64::INFINITY);
+                let hopeful = self.promising(starts, few, SOUND.get(), f64::INFINITY);
                 starts = hopeful.into_iter().map(|s| s.shape).collect();
                 if starts.is_empty() {
                     hopeless.push(family);

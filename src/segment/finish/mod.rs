@@ -14,6 +14,7 @@ use crate::geometry::Vec3;
 use crate::segment::Monitor;
 use crate::segment::finish::simplest::simplest;
 use crate::segment::label::shares::Labelled;
+use crate::segment::objective::SURE;
 use crate::segment::partition::Partition;
 
 constants! {
@@ -21,8 +22,6 @@ constants! {
     SAMPLE: usize = 8_000, Effort("points of one fit");
     /// Rise of the sample's chi2 for each degree of freedom that a step on all points may bring.
     WORSE: f64 = 10.0, Trial(10.0, 10.0);
-    /// Sigmas by which a step on all points may move the surface at the sample's points.
-    FAR: f64 = 3.0, Trial(3.0, 3.0);
 }
 
 /// Points summed at once; fixed, so that the result does not depend on the number of threads.
@@ -62,7 +61,7 @@ pub fn finish(
         if monitor.cancelled() {
             return;
         }
-        if let Some(next) = n.step(s, FAR.get() * sigma, sample).filter(|next| !worse(next)) {
+        if let Some(next) = n.step(s, SURE.get() * sigma, sample).filter(|next| !worse(next)) {
             *s = next;
         }
     }

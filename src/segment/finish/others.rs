@@ -3,17 +3,13 @@
 use crate::fit::constant::constants;
 use crate::geometry::{Frame, Quadric, SurfaceType, Tolerance, Vec3, recover};
 use crate::segment::judge::one_quadric::one_quadric;
-use crate::segment::objective::ACCEPT;
+use crate::segment::objective::{ACCEPT, APART, MOST};
 use crate::segment::report::pieces::pieces;
 use crate::segment::{Monitor, Parameters};
 
 constants! {
     /// Points that a fit looks at.
     SAMPLE: usize = 20_000, Effort("points of one fit");
-    /// Points further apart than this many spacings do not hang together.
-    REACH: f64 = 2.5, Trial(2.5, 2.5);
-    /// Share of a piece that its quadric must explain.
-    EXPLAINED: f64 = 0.8, Trial(0.8, 0.8);
 }
 
 /// A quadric of some other type and its points.
@@ -51,7 +47,7 @@ pub fn others(
     monitor: &dyn Monitor,
 ) -> Vec<Other> {
     let own: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
-    let found = pieces(&own, REACH.get() * spacing)
+    let found = pieces(&own, APART.get() * spacing)
         .into_iter()
         .take_while(|p| p.len() >= parameters.min_points);
     found
@@ -62,7 +58,7 @@ pub fn others(
             let tolerance = parameters.tolerance.unwrap_or(ACCEPT.get() * noise);
             let near = |k: &&u32| quadric.distance(&own[**k as usize]) <= tolerance;
             let members: Vec<u32> = piece.iter().filter(near).map(|&k| free[k as usize]).collect();
-            let enough = members.len() as f64 >= EXPLAINED.get() * piece.len() as f64
+            let enough = members.len() as f64 >= MOST.get() * piece.len() as f64
                 && members.len() >= parameters.min_points;
             enough.then_some(Other { surface_type, quadric, members })
         })

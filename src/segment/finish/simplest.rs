@@ -5,21 +5,15 @@ use crate::fit::least_squares::{Columns, Fitted, Options, fit, fit_columns};
 use crate::fit::{Family, Shape, Spread};
 use crate::geometry::{Mat3, Vec3};
 use crate::segment::Monitor;
+use crate::segment::objective::{DOUBT, GOOD, SOUND};
 
 constants! {
     /// Points that tell a simpler family to be hopeless.
     pub FEW: usize = 500, Effort("points of one look");
     /// Points of a region that the correlation of its residuals is judged by.
     INFLATION_SAMPLE: usize = 6_000, Effort("points of one look");
-    /// Mean square of a simpler family, over the richer one's, beyond which it is hopeless.
-    HOPELESS: f64 = 3.0, Effort("families that are not tried");
     /// Residuals that shake the parameters this many times more than noise would show a form error.
     DOUBLE: f64 = 2.0, Trial(2.0, 2.0);
-    /// Mean square that a simpler family may have where there is a form error, over the richer one's.
-    FORM: f64 = 1.5, Trial(1.5, 1.5);
-    /// What a curved surface must save in description length beside a plane: points of the neighbours among those of
-    /// a narrow strip bend it.
-    LEAKED: f64 = 12.0, Trial(12.0, 12.0);
     /// Steps of the last fit of a surface.
     STEPS: usize = 6, Effort("steps of one fit");
     /// Steps of a fit of another family.
@@ -47,7 +41,7 @@ pub fn simplest(
     let floor = f.mean_sq.max(sigma * sigma);
     let hopeless = |s: &Shape| {
         let options = Options { cauchy: None, steps: COLD_STEPS.get(), tolerance: 1e-3 };
-        fit(s, &few, None, &options).is_none_or(|f| f.mean_sq > HOPELESS.get() * floor)
+        fit(s, &few, None, &options).is_none_or(|f| f.mean_sq > SOUND.get() * floor)
     };
     let mut simpler = nested(&f.shape, &points.origin());
     simpler.retain(|s| !hopeless(s));
@@ -60,11 +54,11 @@ pub fn simplest(
     let length = |f: &Fitted| {
         let chi2 = f.mean_sq * total / (sigma * sigma);
         let length = chi2 / inflation + f.shape.family.description_length(total as usize);
-        if f.shape.family == Family::Plane { length - LEAKED.get() } else { length }
+        if f.shape.family == Family::Plane { length - DOUBT.get() } else { length }
     };
     // How much of a form error is the family's is not for it to say.
     let within_form = |f: &Fitted, best: &Fitted| {
-        inflation > DOUBLE.get() && f.mean_sq < FORM.get() * best.mean_sq.max(sigma * sigma)
+        inflation > DOUBLE.get() && f.mean_sq < GOOD.get() * best.mean_sq.max(sigma * sigma)
     };
     let mut best = f;
     let bent = |s: &Shape| is_straightened(shape, s) && inflation <= DOUBLE.get();
@@ -186,7 +180,7 @@ mod tests {
         };
         let length = |f: Family| f.description_length(n);
         let dearer = length(Family::Cylinder) - length(Family::Plane);
-        assert_eq!(strip(dearer + 0.5 * LEAKED.get()), Family::Plane);
-        assert_eq!(strip(dearer + 2.0 * LEAKED.get()), Family::Cylinder);
+        assert_eq!(strip(dearer + 0.5 * DOUBT.get()), Family::Plane);
+        assert_eq!(strip(dearer + 2.0 * DOUBT.get()), Family::Cylinder);
     }
 }

@@ -9,7 +9,8 @@ use crate::segment::grow::seeded::{FIT_SAMPLE, FITS, Sample, Seeded, TRIED};
 use crate::segment::grow::start::{Start, nearest, start_set, starts};
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
-use crate::segment::judge::whiteness::{CHANCE, correlated, correlation};
+use crate::segment::judge::whiteness::{correlated, correlation};
+use crate::segment::objective::{CHANCE, FEW, GOOD, SURE};
 use crate::segment::prepare::scene::Scene;
 
 constants! {
@@ -17,18 +18,12 @@ constants! {
     THOROUGH_SAMPLE: usize = 1200, Effort("points of one fit");
     /// How often growth may end so.
     THOROUGH: usize = 3, Effort("thorough fits of one growth");
-    /// Support reaches this many sigmas from the surface.
-    REACH: f64 = 3.0, Trial(3.0, 3.0);
-    /// Reduced chi2 up to which a surface is good enough to be kept.
-    GOOD: f64 = 1.35, Trial(1.35, 1.35);
     /// Times that a support grows at most.
     TIMES: usize = 40, Effort("rounds of one growth");
     /// Correlation of residuals up to which growth may end, beside chance.
     WHITE: f64 = 0.08, Trial(0.08, 0.08);
     /// Points that a growing support may have at least.
     GROWTH: usize = 40, Effort("points of the first rounds");
-    /// Points below which a support has slid off its surface.
-    LOST: usize = 20, Trial(20.0, 20.0);
     /// Growth of a support below which it has stalled.
     STALLED: f64 = 1.05, Effort("rounds of one growth");
     /// The same to fit one.
@@ -157,11 +152,11 @@ impl Growth<'_> {
     fn step(&mut self, min_points: usize) -> ControlFlow<()> {
         let shape = self.best.shape;
         let limit = (self.support.len() * 2).max(GROWTH.get());
-        let reach = REACH.get() * self.families.sigma;
+        let reach = SURE.get() * self.families.sigma;
         // What was beyond the surface before may lie on another one.
         let from = (&self.support[..], if self.fresh { 0 } else { self.expanded });
         let next = self.walk.near(self.scene, from, limit, &Ruler::of(&shape), reach);
-        if next.len() < min_points.min(LOST.get()) {
+        if next.len() < min_points.min(FEW.get()) {
             return ControlFlow::Break(());
         }
         let stalled = (next.len() as f64) < STALLED.get() * self.support.len() as f64;
@@ -233,7 +228,7 @@ impl Growth<'_> {
         if best.reduced < GOOD.get() {
             let ruler = Ruler::of(&best.shape);
             let support =
-                walk.near(scene, (&support, 0), usize::MAX, &ruler, REACH.get() * sigma).to_vec();
+                walk.near(scene, (&support, 0), usize::MAX, &ruler, SURE.get() * sigma).to_vec();
             good = Some((best.shape, support));
         }
         let (shape, support) = good?;

@@ -4,7 +4,7 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use crate::segment::grow::hypothesis::Hypothesis;
-use crate::segment::objective::{POINT_GAIN, SURFACE_COST};
+use crate::segment::objective::{POINT_GAIN, surface_cost};
 use crate::segment::prepare::scene::Scene;
 
 /// Greedy selection: the hypothesis with the largest gain over the points not yet explained, again
@@ -65,7 +65,7 @@ fn gain(h: &Hypothesis, worth: &[f32], labels: &[i32], least: usize) -> f64 {
             new += 1;
         }
     }
-    let cost = h.shape.family.description_length(new) + SURFACE_COST.get();
+    let cost = h.shape.family.description_length(new) + surface_cost();
     if new >= least { sum - cost } else { f64::NEG_INFINITY }
 }
 

@@ -2,27 +2,20 @@
 
 use crate::fit::constant::constants;
 use crate::segment::grow::walk::Walk;
+use crate::segment::objective::{ACCEPT, FEW, SURE};
 use crate::segment::prepare::scene::Scene;
 
 constants! {
-    /// Sigmas that points may lie off a tangent plane.
-    OFF: f64 = 3.0, Trial(3.0, 3.0);
     /// Sine of the angle by which a chord may leave the tangent planes at its ends.
     CHORD: f64 = 0.3, Trial(0.3, 0.3);
     /// Cosine of the angle between the normals at its ends.
     TURN: f64 = 0.7, Trial(0.7, 0.7);
-    /// Sigmas between points whose normals tell nothing about each other.
-    NEAR: f64 = 4.0, Trial(4.0, 4.0);
     /// Points of the largest start set: it sees curvature through the noise.
     LARGE: usize = 160, Effort("points of one start");
     /// Points of the middle one.
     MIDDLE: usize = 60, Effort("points of one start");
     /// Points of the smallest one: it fits into a small face or beside a joint.
     SMALL: usize = 30, Effort("points of one start");
-    /// Points of a start set, at least.
-    LEAST: usize = 24, Trial(24.0, 24.0);
-    /// Points of one in a plane, at least.
-    LEAST_FLAT: usize = 12, Trial(12.0, 12.0);
 }
 
 /// Which connected points a start set takes.
@@ -46,7 +39,7 @@ pub fn start_set(
     size: usize,
     sigma: f64,
 ) -> Vec<u32> {
-    let slack = OFF.get() * sigma;
+    let slack = SURE.get() * sigma;
     let set = walk.run(scene, &[seed as u32], size, |from, to| {
         let Some(from) = from else { return true };
         let d = scene.points[to] - scene.points[from];
@@ -56,7 +49,7 @@ pub fn start_set(
                 scene.normals[from].dot(&d).abs() < CHORD.get() * length + slack
                     && scene.normals[to].dot(&d).abs() < CHORD.get() * length + slack
                     && (scene.normals[from].dot(&scene.normals[to]).abs() > TURN.get()
-                        || length < NEAR.get() * sigma)
+                        || length < ACCEPT.get() * sigma)
             }
             Start::Flat => {
                 let d = scene.points[to] - scene.points[seed];
@@ -70,17 +63,17 @@ pub fn start_set(
 
 /// The least of those that lie in tangent planes.
 pub fn nearest() -> (Start, usize, usize) {
-    (Start::Tangent, SMALL.get(), LEAST.get())
+    (Start::Tangent, SMALL.get(), FEW.get())
 }
 
 /// Start sets, tried in turn at each seed, with the most and the least points of each: a large one sees curvature
 /// through the noise, a small one fits into a small face or beside a joint.
 pub fn starts() -> [(Start, usize, usize); 5] {
     [
-        (Start::Tangent, LARGE.get(), LEAST.get()),
-        (Start::Tangent, MIDDLE.get(), LEAST.get()),
+        (Start::Tangent, LARGE.get(), FEW.get()),
+        (Start::Tangent, MIDDLE.get(), FEW.get()),
         nearest(),
-        (Start::Any, SMALL.get(), LEAST.get()),
-        (Start::Flat, LEAST.get(), LEAST_FLAT.get()),
+        (Start::Any, SMALL.get(), FEW.get()),
+        (Start::Flat, FEW.get(), FEW.get() / 2),
     ]
 }

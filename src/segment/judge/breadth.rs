@@ -10,7 +10,7 @@ use crate::geometry::{Mat3, Vec3, perpendicular_frame};
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::across::{breadth, main_direction};
 use crate::segment::judge::parabola;
-use crate::segment::objective::SURFACE_COST;
+use crate::segment::objective::{SURE, surface_cost};
 use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::union::Union;
@@ -24,14 +24,10 @@ constants! {
     AROUND: usize = 4000, Effort("points of one look");
     /// Points that tell breadth from a curve's bend.
     LEAST: usize = 6, Trial(6.0, 6.0);
-    /// Sigmas that a surface is broader than. Points on a curve scatter by one across it.
-    BROAD: f64 = 2.5, Trial(2.5, 2.5);
     /// Share of its length that a curve, where its points are few, may differ by from a parabola.
     BENT: f64 = 1e-3, Trial(1e-3, 1e-3);
     /// One in so many places that are broad are enough.
     BROAD_PLACES: usize = 8, Trial(8.0, 8.0);
-    /// One in so many places that lie between further curves are enough.
-    PLACES_BETWEEN: usize = 4, Trial(4.0, 4.0);
 }
 
 /// Points looked at between two looks at whether the work was cancelled.
@@ -110,7 +106,7 @@ impl Region<'_> {
         let mid = breadths.len() / 2;
         let breadth = *breadths.select_nth_unstable_by(mid, f64::total_cmp).1;
         let freedom = n.saturating_sub(self.shape.family.dof()) as f64;
-        freedom * (breadth / self.sigma).max(BROAD.get()).ln() > SURFACE_COST.get()
+        freedom * (breadth / self.sigma).max(SURE.get()).ln() > surface_cost()
     }
 
     fn place(&self, walk: &mut Walk, centre: u32) -> Option<Place> {
@@ -134,7 +130,7 @@ impl Region<'_> {
             .collect();
         let (cos, sin) = main_direction(&flat);
         let breadth = breadth(&flat, cos, sin, reach);
-        let broad = breadth > (BROAD.get() * sigma).max(BENT.get() * reach);
+        let broad = breadth > (SURE.get() * sigma).max(BENT.get() * reach);
         Some(Place { centre, breadth, broad, along: u * cos + v * sin, across: v * cos - u * sin })
     }
 
@@ -146,7 +142,7 @@ impl Region<'_> {
         }
         let looked_at = places.iter().take_while(|_| !self.scene.cancelled());
         let between = looked_at.filter(|p| self.is_between_curves(p, &curves)).count();
-        between * PLACES_BETWEEN.get() >= places.len()
+        between * BROAD_PLACES.get() >= places.len()
     }
 
     /// Which curve each of the region's points is on: those that hang together along it. Lines side by side meet at

@@ -11,28 +11,19 @@ use crate::segment::grow::search::{Search, allowance};
 use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::judge::stability::{judged, rescued};
 use crate::segment::judge::whiteness::correlated;
+use crate::segment::objective::{CORRELATED, LITTLE, MOST};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
 constants! {
     /// Hypotheses after which the form of a scene is first judged.
     FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
-    /// Typical correlation of hypotheses from which on neighbours' residuals go together all over a scene: where noise
-    /// is independent, chance and those that bridge several surfaces leave it below 0.03.
-    COMMON: f64 = 0.05, Trial(0.05, 0.05);
-    /// The same of the first few hypotheses, of which more bridge.
-    CLEAR: f64 = 0.1, Trial(0.1, 0.1);
     /// Scatters at which surfaces are looked for, in steps of a factor of the square root of two from the noise
     /// between neighbours up.
     LEVELS: usize = 7, Effort("scatters tried");
-    /// Share of the points in hypotheses that are the same wherever they start, from which on a scatter is the
-    /// surfaces'.
-    STABLE: f64 = 0.8, Trial(0.8, 0.8);
-    /// The same below which the scene holds no surfaces.
-    LEAST: f64 = 0.1, Trial(0.1, 0.1);
     /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
     /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
-    ROUGH: f64 = 0.02, Trial(0.05, 0.05);
+    ROUGH: f64 = 0.02, Trial(0.02, 0.05);
     /// Seeds that tell whether a level is worth trying.
     LOOK: usize = 16, Effort("seeds tried");
 }
@@ -77,20 +68,21 @@ pub fn hypotheses(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Looked, Cancelled> {
-    let clear =
-        |found: &[Hypothesis]| found.len() >= FORM_SAMPLE.get() && typical(found) > CLEAR.get();
+    let clear = |found: &[Hypothesis]| {
+        found.len() >= FORM_SAMPLE.get() && typical(found) > 2.0 * CORRELATED.get()
+    };
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
-    let common = typical(&found) > COMMON.get();
+    let common = typical(&found) > CORRELATED.get();
     let taken = if common { Vec::new() } else { taken(&found, scene.len()) };
     let open = taken.iter().filter(|t| !**t).count();
     if !common && (open as f64) < ROUGH.get() * scene.len() as f64 {
         return Ok(Looked::Found(found, true));
     }
     let at = scatter(scene, families, seed, &taken, trials, monitor)?;
-    if !common && at.share <= STABLE.get() {
+    if !common && at.share <= MOST.get() {
         return Ok(Looked::Found(found, true));
     }
-    if at.share <= STABLE.get() && !dense {
+    if at.share <= MOST.get() && !dense {
         return Ok(Looked::Doubtful);
     }
     let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
@@ -99,14 +91,14 @@ pub fn hypotheses(
     families.common = at.common;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
     families.common = in_common(&found);
-    if at.share <= STABLE.get() {
+    if at.share <= MOST.get() {
         found = judged(scene, families, found);
     } else {
         let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
         found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
         found = rescued(scene, families, found);
     }
-    Ok(Looked::Found(found, at.share > STABLE.get()))
+    Ok(Looked::Found(found, at.share > MOST.get()))
 }
 
 /// Which of `n` points lie in a hypothesis.
@@ -118,7 +110,7 @@ fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
 
 /// What residuals of neighbours have in common at hypotheses of one scatter.
 fn in_common(found: &[Hypothesis]) -> f64 {
-    Some(typical(found)).filter(|c| *c > COMMON.get()).unwrap_or(0.0)
+    Some(typical(found)).filter(|c| *c > CORRELATED.get()).unwrap_or(0.0)
 }
 
 /// The scatter at which most of what is grown is the same wherever it starts.
@@ -141,7 +133,7 @@ fn scatter(
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Scatter, Cancelled> {
-    let mut best = Scatter { sigma: None, share: LEAST.get(), common: 0.0 };
+    let mut best = Scatter { sigma: None, share: LITTLE.get(), common: 0.0 };
     let first = usize::from(!taken.is_empty());
     // All levels together may be as much work as two searches.
     let allowed = scene.work.done() + 2 * allowance(scene.len());
@@ -170,7 +162,7 @@ fn scatter(
         if share > best.share {
             best = Scatter { sigma: Some(sigma), share, common };
         }
-        if share > STABLE.get() {
+        if share > MOST.get() {
             break;
         }
     }
@@ -188,12 +180,12 @@ fn newly(found: &[Hypothesis], taken: &[bool]) -> usize {
 }
 
 /// Share of the points in hypotheses that is in those which are the same wherever they start. As many are judged as it
-/// takes to tell that it is not [`STABLE`].
+/// takes to tell that it is not [`MOST`].
 fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> f64 {
     let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
     let all = points(&found);
     let (mut looked, mut stable) = (0.0, 0.0);
-    while !found.is_empty() && looked - stable < (1.0 - STABLE.get()) * all {
+    while !found.is_empty() && looked - stable < (1.0 - MOST.get()) * all {
         let few: Vec<Hypothesis> = found.drain(..found.len().min(AT_ONCE)).collect();
         looked += points(&few);
         let sound = judged(scene, families, few).into_iter().filter(|h| h.sound);

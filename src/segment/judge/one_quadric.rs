@@ -9,7 +9,7 @@ constants! {
     /// Scatter about the quadric, in noise sigmas, that noise alone may give.
     NOISE_ALONE: f64 = 1.25, Trial(1.25, 1.25);
     /// Share of the distances, the lesser ones, that the scatter is read from.
-    INNER: f64 = 0.8, Trial(0.8, 0.8);
+    INNER: f64 = 0.8, Derived("INNER_MEAN_SQ belongs to it");
     /// Mean square of that share of normal distances, over that of all.
     INNER_MEAN_SQ: f64 = 0.44, Derived("erf and exp at the quantile 1.2816 of a normal distance");
 }

@@ -14,8 +14,6 @@ use crate::segment::report::uncertainty::SAMPLE;
 constants! {
     /// A centre so many times further off than the points reach towards it is none that they lie around.
     FAR: f64 = 10.0, Trial(10.0, 10.0);
-    /// A semi-axis is known to this share of it where the points tell an ellipse from a parabola.
-    KNOWN: f64 = 0.1, Trial(0.1, 0.1);
     /// Semi-axes further apart than this many times are those of no ellipse.
     PARABOLIC: f64 = 25.0, Trial(25.0, 25.0);
 }
@@ -70,7 +68,7 @@ fn is_known(shape: &Shape, axis: usize, points: &[Vec3], sigma: f64) -> bool {
     let axes = if shape.family == Family::Ellipsoid { 3 } else { 2 };
     let freedom = shape.family.dof() - axes + axis;
     let variance = Spread::of(shape, points).covariance(sigma, 1.0)[(freedom, freedom)];
-    variance.is_finite() && variance.sqrt() < KNOWN.get()
+    variance.is_finite() && variance.sqrt() < 1.0 / FAR.get()
 }
 
 /// Whether an elliptic shape is so long that it is a parabola where its points lie: what growth makes of an edge

@@ -8,6 +8,7 @@ use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::search::MIN_SUPPORT;
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::objective::MOST;
 use crate::segment::partition::members;
 use crate::segment::prepare::scene::Scene;
 
@@ -16,8 +17,6 @@ constants! {
     REGROWN: usize = 5, Effort("growths of one set");
     /// How many of them must end up the same.
     ALIKE: usize = 3, Trial(3.0, 3.0);
-    /// Common share of two supports that are the same.
-    SAME: f64 = 0.75, Trial(0.75, 0.75);
 }
 
 /// The hypotheses, those sound that are the same wherever they start.
@@ -65,7 +64,7 @@ fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]
     for k in 0..REGROWN.get() {
         let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.get())] as usize;
         let grown = grow(scene, walk, families, seed, MIN_SUPPORT.get());
-        if grown.is_some_and(|h| common_share(&own, &h.support) > SAME.get()) {
+        if grown.is_some_and(|h| common_share(&own, &h.support) > MOST.get()) {
             alike += 1;
         } else {
             other += 1;

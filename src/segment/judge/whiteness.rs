@@ -2,26 +2,19 @@
 
 use crate::fit::constant::constants;
 use crate::fit::{Ruler, Shape};
+use crate::segment::objective::{CHANCE, CORRELATED, PART, SLIGHT};
 use crate::segment::prepare::scene::Scene;
 
 constants! {
-    /// Correlation times the root of the number of points that chance seldom exceeds.
-    pub CHANCE: f64 = 1.5, Trial(1.5, 1.5);
     /// Neighbours whose residuals are compared with a point's.
-    AROUND: usize = 6, Trial(6.0, 6.0);
-    /// Correlation beyond which a hypothesis bridges several surfaces.
-    BRIDGES: f64 = 0.15, Trial(0.15, 0.15);
+    AROUND: usize = 6, Derived("a point has six neighbours in a triangulation of a surface");
     /// Points whose residuals are compared with their neighbours'.
     SAMPLE: usize = 600, Effort("points looked at");
-    /// Share of the points that an interior must hold to speak for all.
-    INTERIOR: f64 = 0.25, Trial(0.25, 0.25);
-    /// Residuals below this many sigmas are rounding.
-    ROUNDING: f64 = 0.3, Trial(0.3, 0.3);
 }
 
 /// Whether a correlation of the residuals of `n` points is more than chance and what is `common` to all surfaces give.
 pub fn correlated(correlation: f64, common: f64, n: usize) -> bool {
-    correlation > common + BRIDGES.get() + CHANCE.get() / (n.max(1) as f64).sqrt()
+    correlation > common + 3.0 * CORRELATED.get() + CHANCE.get() / (n.max(1) as f64).sqrt()
 }
 
 /// The mean product of neighbouring residuals over their mean square, on a sample of `support`: near 0
@@ -61,7 +54,7 @@ pub fn correlation(
             interior.add(r, sum / near as f64, sq_reach);
         }
     }
-    if f64::from(interior.count) > INTERIOR.get() * f64::from(all.count) { interior } else { all }
+    if f64::from(interior.count) > PART.get() * f64::from(all.count) { interior } else { all }
         .correlation(sigma)
 }
 
@@ -91,7 +84,7 @@ impl Products {
     fn correlation(&self, sigma: f64) -> f64 {
         let count = f64::from(self.count.max(1));
         let mean_sq = self.square / count;
-        if mean_sq.sqrt() < ROUNDING.get() * sigma {
+        if mean_sq.sqrt() < SLIGHT.get() * sigma {
             return 0.0;
         }
         let chosen = 2.0 * mean_sq * self.inverse_sq / count;

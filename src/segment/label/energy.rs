@@ -10,8 +10,6 @@ use crate::segment::prepare::candidates::K;
 constants! {
     /// Cost of each neighbour with another label.
     DISAGREEMENT: f64 = 0.3, Trial(0.3, 0.3);
-    /// A neighbour says at most this much for one label against another across a smooth joint.
-    SMOOTH_CUT: f64 = 16.0, Trial(16.0, 16.0);
     /// And this much across a sharp edge: a point past it says that it lies there itself, not that its
     /// neighbour does.
     SHARP_CUT: f64 = 1.0, Trial(1.0, 1.0);
@@ -68,7 +66,7 @@ impl Energies {
                 break;
             }
             let asked = asked.get_or_insert_with(|| Asked::of(i, of.neighbours(i)));
-            met.ask(of, asked.widen(of), SMOOTH_CUT.get());
+            met.ask(of, asked.widen(of), unassigned());
         }
         met.energies()
     }
@@ -123,7 +121,7 @@ impl Met {
         let near = of.neighbours(i);
         let mut met = Self::of(of, i);
         let parting = met.parting(of, i, near);
-        met.ask(of, near, if parting > sharp() { SHARP_CUT.get() } else { SMOOTH_CUT.get() });
+        met.ask(of, near, if parting > sharp() { SHARP_CUT.get() } else { unassigned() });
         (met, parting)
     }
 

@@ -5,22 +5,10 @@
 //! growth finds it again; of a few dozen points growth finds nothing.
 
 use crate::fit::Ruler;
-use crate::fit::constant::constants;
-use crate::segment::objective::ACCEPT;
+use crate::segment::objective::{ACCEPT, APART, FEW, LITTLE, SURE};
 use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::union::Union;
-
-constants! {
-    /// Points of a piece at least.
-    LEAST: usize = 12, Trial(12.0, 12.0);
-    /// Points further apart than this many spacings do not hang together.
-    REACH: f64 = 3.0, Trial(3.0, 3.0);
-    /// Share of a piece's points that may lie off the surface: outliers among them.
-    OFF: f64 = 0.1, Trial(0.1, 0.1);
-    /// Mean square of the others' distances, in sigmas, by how many of its own deviations it may exceed 1.
-    CHANCE: f64 = 3.0, Trial(3.0, 3.0);
-}
 
 /// Gives pieces of at least a dozen points to the surfaces that explain them. Returns how many points went.
 pub fn adopt(scene: &Scene, model: &mut Partition, sigma: f64) -> usize {
@@ -49,7 +37,7 @@ pub fn adopt(scene: &Scene, model: &mut Partition, sigma: f64) -> usize {
 fn unassigned(scene: &Scene, labels: &[i32]) -> Vec<Vec<u32>> {
     let open: Vec<u32> = (0..scene.len() as u32).filter(|&i| labels[i as usize] < 0).collect();
     let mut union = Union::new(open.len());
-    let sq_reach = (REACH.get() * scene.spacing).powi(2);
+    let sq_reach = (APART.get() * scene.spacing).powi(2);
     for (k, &i) in open.iter().enumerate() {
         let p = &scene.points[i as usize];
         for &j in scene.neighbours(i as usize) {
@@ -60,13 +48,14 @@ fn unassigned(scene: &Scene, labels: &[i32]) -> Vec<Vec<u32>> {
             }
         }
     }
-    let sets = union.sets().into_iter().take_while(|s| s.len() >= LEAST.get());
+    let sets = union.sets().into_iter().take_while(|s| s.len() >= FEW.get() / 2);
     sets.map(|s| s.into_iter().map(|k| open[k as usize]).collect()).collect()
 }
 
 /// Mean square of the distances of a piece's points from a surface, in sigmas, where it explains them.
 fn explained(scene: &Scene, piece: &[u32], ruler: &Ruler, sigma: f64) -> Option<f64> {
-    let most_off = (OFF.get() * piece.len() as f64) as usize;
+    // Outliers are among the points of a piece.
+    let most_off = (LITTLE.get() * piece.len() as f64) as usize;
     let (mut off, mut sum) = (0, 0.0);
     for &i in piece {
         let sq = (ruler.distance(&scene.points[i as usize]) / sigma).powi(2);
@@ -81,7 +70,7 @@ fn explained(scene: &Scene, piece: &[u32], ruler: &Ruler, sigma: f64) -> Option<
     }
     let on = (piece.len() - off) as f64;
     let mean_sq = sum / on;
-    (mean_sq < 1.0 + CHANCE.get() * (2.0 / on).sqrt()).then_some(mean_sq)
+    (mean_sq < 1.0 + SURE.get() * (2.0 / on).sqrt()).then_some(mean_sq)
 }
 
 #[cfg(test)]

@@ -18,8 +18,6 @@ constants! {
     BETTER: f64 = 4.0, Trial(4.0, 4.0);
     /// Description length of a face of its own beside that of its height.
     HEIGHT: f64 = 4.0, Trial(4.0, 4.0);
-    /// How much less likely a face is that is nearly parallel to another than one that is (twice the log).
-    NEARLY: f64 = 8.0, Trial(8.0, 8.0);
     /// Largest angle (sine) by which its direction may miss a strip's own.
     TILT: f64 = 0.1, Trial(0.1, 0.1);
     /// Directions that are tried, the best known ones.
@@ -56,7 +54,7 @@ impl Directions {
     pub fn length(&self, plane: &Shape, points: &[Vec3], asked: f64, families: &Families) -> f64 {
         let free = plane.family.description_length(families.worth(points.len()));
         self.plane(points, &plane.w(), asked, families).map_or(free, |(_, cost)| {
-            (free + NEARLY.get()).min(cost - families.misfit(plane, points))
+            (free + 2.0 * HEIGHT.get()).min(cost - families.misfit(plane, points))
         })
     }
 

@@ -13,35 +13,23 @@ use crate::segment::family::{Families, Scored};
 use crate::segment::judge::whiteness::correlation;
 use crate::segment::moves::pieces::Piece;
 use crate::segment::moves::site::Site;
-use crate::segment::objective::{ACCEPT, unassigned};
+use crate::segment::objective::{
+    ACCEPT, CHANCE, CORRELATED, DOUBT, GOOD, ONE_OF_TWO, PART, surface_cost, unassigned,
+};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_with_normals;
 
 constants! {
-    /// Mean correlation of neighbouring residuals beyond which a surface may stand for two.
-    SUSPECT: f64 = 0.04, Trial(0.04, 0.04);
-    /// What chance adds, times the root of the number of points.
-    CHANCE: f64 = 1.5, Trial(1.5, 1.5);
     /// Points of a region that cuts are looked for on.
     SAMPLE: usize = 2000, Effort("points of one fit");
-    /// The least points of each side.
-    LEAST: usize = 100, Trial(100.0, 100.0);
     /// Points of a side that its family is judged on.
     SIDE: usize = 600, Effort("points of one fit");
     /// Rounds of fitting the sides and cutting anew.
     ROUNDS: usize = 6, Effort("rounds of one cut");
-    /// What two halves must save in chi2 beside one, each under a surface of the same family, for a cut to be looked for.
-    PROMISING: f64 = 40.0, Trial(40.0, 40.0);
-    /// Reduced chi2 up to which a surface explains a side.
-    EXPLAINED: f64 = 1.35, Trial(1.35, 1.35);
-    /// What two surfaces must save in BIC beside one, over their parameters.
-    STRONG: f64 = 60.0, Trial(60.0, 60.0);
     /// Steps of a fit to a side.
     STEPS: usize = 12, Effort("steps of one fit");
     /// Steps of the first fit to a half.
     FEW_STEPS: usize = 8, Effort("steps of one fit");
-    /// Share of the points that counts as a side of few.
-    SIDE_OF_FEW: f64 = 0.25, Trial(0.25, 0.25);
 }
 
 /// Two surfaces instead of one that they explain for less, one on either side of a plane cut.
@@ -50,10 +38,10 @@ pub fn sides(site: &Site<'_>) -> Option<Vec<Piece>> {
     let shape = site.shape();
     let inside = |j: u32| model.labels[j as usize] == region as i32;
     let chance = CHANCE.get() / (group.len().max(1) as f64).sqrt();
-    let suspect = group.len() >= 2 * LEAST.get()
+    let suspect = group.len() >= 2 * ONE_OF_TWO.get()
         && shape.family.dof() > Family::Cylinder.dof()
         && correlation(scene, shape, group, families.sigma, inside)
-            > families.common + SUSPECT.get() + chance;
+            > families.common + CORRELATED.get() + chance;
     if !suspect {
         return None;
     }
@@ -94,7 +82,7 @@ fn split(scene: &Scene, shape: &Shape, group: &[u32], families: &Families) -> Op
         order.split(shape, families)
     });
     let (split, bic) = splits.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    (bic + STRONG.get() < own.bic).then_some(split)
+    (bic + surface_cost() < own.bic).then_some(split)
 }
 
 fn principal_axes(points: &[Vec3]) -> [Vec3; 3] {
@@ -129,13 +117,11 @@ impl Along {
         let mut at = n / 2;
         let chi2 = |points: &[Vec3]| Some(Self::own(points, shape, families)?.chi2);
         let (below, beyond) = self.points.split_at(at);
-        if chi2(below)? + chi2(beyond)? + PROMISING.get()
-            > families.score(*shape, &self.points).chi2
-        {
+        if chi2(below)? + chi2(beyond)? + DOUBT.get() > families.score(*shape, &self.points).chi2 {
             return None;
         }
         let mut shapes = [self.best(0..at, shape, families)?, self.best(at..n, shape, families)?];
-        let least = LEAST.get().min((SIDE_OF_FEW.get() * n as f64) as usize);
+        let least = ONE_OF_TWO.get().min((PART.get() * n as f64) as usize);
         for round in 0..ROUNDS.get() {
             let next = self.cut(&shapes, families.sigma);
             if next < least || next + least > n {
@@ -159,7 +145,7 @@ impl Along {
         at = self.cut(&shapes, families.sigma).clamp(1, n - 1);
         let (below, beyond) = self.points.split_at(at);
         let sides = [families.score(shapes[0], below), families.score(shapes[1], beyond)];
-        if sides.iter().any(|s| s.reduced > EXPLAINED.get()) {
+        if sides.iter().any(|s| s.reduced > GOOD.get()) {
             return None;
         }
         let bic = sides[0].bic + sides[1].bic;

@@ -29,6 +29,7 @@ use crate::segment::moves::retype::retype;
 use crate::segment::moves::settle::settle;
 use crate::segment::moves::split::split;
 use crate::segment::moves::swap::swap_families;
+use crate::segment::objective::DOUBT;
 use crate::segment::partition::{Partition, prune};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
@@ -40,8 +41,6 @@ constants! {
     FEW: usize = 2, Effort("rounds of labels and fits");
     /// Rounds of moves after each pass at most: each makes the description shorter, and three are mostly enough.
     MOVES: usize = 12, Effort("rounds of moves");
-    /// What labels that settle may add to the energy of a description: each is placed by its neighbours' word as well.
-    SLACK: f64 = 30.0, Trial(30.0, 30.0);
 }
 
 /// Settles labels, families and surfaces: relabelling with refits, types, merging, then moves on the
@@ -95,7 +94,7 @@ fn improve(
             if kind(scene, model, families) > 0 {
                 settle(scene, model, families.sigma, SETTLED.get());
                 let after = model.energy(scene, families.sigma);
-                if after > energy + SLACK.get() {
+                if after > energy + DOUBT.get() {
                     (model.shapes, model.labels, model.merges) = (shapes, labels, merges);
                     model.note(scene, families.sigma);
                     continue;

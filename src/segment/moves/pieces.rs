@@ -3,6 +3,7 @@
 use crate::fit::Shape;
 use crate::fit::constant::constants;
 use crate::geometry::Vec3;
+use crate::segment::objective::{FEW, HALF};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::union::Union;
 
@@ -11,10 +12,6 @@ constants! {
     pub SAMPLE: usize = 1000, Effort("points of one fit");
     /// Normals of a surface at neighbouring points of one piece of it turn less than this (cosine).
     pub SMOOTH: f64 = 0.98, Trial(0.98, 0.98);
-    /// Share of the region's points that its pieces must hold together.
-    MOST: f64 = 0.5, Trial(0.5, 0.5);
-    /// Points of a piece that tell whether it is flat.
-    pub LEAST: usize = 24, Trial(24.0, 24.0);
 }
 
 /// A surface, mostly a plane, and its points.
@@ -23,9 +20,9 @@ pub type Piece = (Shape, Vec<u32>);
 /// The pieces of a region that are large enough to judge, where there are several and they hold most of it.
 pub fn large_pieces(scene: &Scene, shape: &Shape, group: &[u32]) -> Option<Vec<Vec<u32>>> {
     let mut pieces = smooth_pieces(scene, shape, group);
-    pieces.retain(|p| p.len() >= LEAST.get());
+    pieces.retain(|p| p.len() >= FEW.get());
     let held: usize = pieces.iter().map(Vec::len).sum();
-    (pieces.len() >= 2 && held as f64 >= MOST.get() * group.len() as f64).then_some(pieces)
+    (pieces.len() >= 2 && held as f64 >= HALF.get() * group.len() as f64).then_some(pieces)
 }
 
 /// The pieces of a region over which its surface's normal turns steadily, larger ones first.

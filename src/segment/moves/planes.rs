@@ -11,15 +11,13 @@ use crate::fit::{Shape, starts};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::grow::walk::Walk;
-use crate::segment::moves::pieces::{LEAST, Piece, SAMPLE, SMOOTH, large_pieces};
+use crate::segment::moves::pieces::{Piece, SAMPLE, SMOOTH, large_pieces};
 use crate::segment::moves::site::Site;
-use crate::segment::objective::{ACCEPT, DOUBT};
+use crate::segment::objective::{ACCEPT, DOUBT, FEW, HALF};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
 constants! {
-    /// Share of them that may lie in pieces that are curved: one small cone among chamfers keeps its surface.
-    CURVED: f64 = 0.4, Trial(0.4, 0.4);
     /// Points around its middle that tell whether a surface is curved there.
     LOOK: usize = 250, Effort("points of one look");
     /// Steps of a fit.
@@ -30,7 +28,7 @@ constants! {
 pub fn instead(site: &Site<'_>, walk: &mut Walk) -> Option<Vec<Piece>> {
     let Site { scene, model, families, group, .. } = *site;
     let shape = site.shape();
-    let suspect = group.len() >= 2 * LEAST.get()
+    let suspect = group.len() >= 2 * FEW.get()
         && !is_curved(scene, walk, shape, group, &model.labels, families);
     suspect.then(|| planes_instead(scene, shape, group, families)).flatten()
 }
@@ -51,7 +49,7 @@ fn is_curved(
     let near = walk.run(scene, &[middle], LOOK.get(), |from, to| {
         from.is_none_or(|from| labels[to] == own && normal(from).dot(&normal(to)) > SMOOTH.get())
     });
-    near.len() >= LEAST.get()
+    near.len() >= FEW.get()
         && gain_of_plane(shape, &take(scene, near, LOOK.get()), families)
             .is_some_and(|g| g.1 < -DOUBT.get())
 }
@@ -92,7 +90,7 @@ fn planes_instead(
             planes.push((plane, piece));
         }
     }
-    if planes.len() < 2 || curved.len() as f64 > CURVED.get() * held as f64 {
+    if planes.len() < 2 || curved.len() as f64 > HALF.get() * held as f64 {
         return None;
     }
     if !curved.is_empty() {

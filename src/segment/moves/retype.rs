@@ -8,6 +8,7 @@ use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::Families;
 use crate::segment::moves::memo::{Key, Memo, Move};
+use crate::segment::objective::SOUND;
 use crate::segment::partition::{Partition, members, put_in};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::{take, take_core};
@@ -55,8 +56,6 @@ fn worth_trying(families: &Families, shape: &Shape, points: &[Vec3]) -> Option<F
 }
 
 constants! {
-    /// Mean truncated chi2 above which a surface does not describe a set of points.
-    pub SOUND: f64 = 3.0, Trial(3.0, 3.0);
     /// Points of a region's core that families are fitted to.
     SAMPLE: usize = 2000, Effort("points of one fit");
     /// Points of the whole region that the best of them must describe.

@@ -12,13 +12,11 @@ use crate::segment::family::Families;
 use crate::segment::moves::pieces::Piece;
 use crate::segment::moves::planes::STEPS;
 use crate::segment::moves::site::Site;
-use crate::segment::objective::{ACCEPT, DOUBT};
+use crate::segment::objective::{ACCEPT, DOUBT, FEW};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
 
 constants! {
-    /// Points of a ring, at least.
-    LEAST: usize = 24, Trial(24.0, 24.0);
     /// Points of a ring that fits look at.
     SAMPLE: usize = 1000, Effort("points of one fit");
     /// Length of the mean of unit spokes from an axis below which the points go around it.
@@ -93,7 +91,7 @@ fn parted(scene: &Scene, shape: &Shape, axis: &Vec3, group: &[u32]) -> Option<[V
         })
     };
     let rings = sides(&heights).or_else(|| sides(&radii))?;
-    rings.iter().all(|r| r.len() >= LEAST.get()).then_some(rings)
+    rings.iter().all(|r| r.len() >= FEW.get()).then_some(rings)
 }
 
 /// The cone through a ring of points around the axis of a surface that touches it there.

@@ -11,37 +11,20 @@ use crate::fit::{Ruler, Shape};
 use crate::segment::family::Families;
 use crate::segment::moves::pieces::Piece;
 use crate::segment::moves::site::Site;
-use crate::segment::objective::ACCEPT;
+use crate::segment::objective::{ACCEPT, DOUBT, FEW, GOOD, HALF, LITTLE, ONE_OF_TWO, SURE};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_with_normals;
 use crate::segment::union::Union;
 
 constants! {
-    /// Points of a side of a step, at least.
-    LEAST: usize = 100, Trial(100.0, 100.0);
-    /// The least share of the region's points on a side.
-    SHARE: f64 = 0.1, Trial(0.1, 0.1);
-    /// Share of the region's points that the two sides must hold before labels settle: a wavy surface falls into more
-    /// pieces.
-    MOST: f64 = 0.6, Trial(0.6, 0.6);
     /// A patch lies off its surface where the mean of a neighbourhood does, by so many sigmas.
     PATCH: f64 = 1.0, Trial(1.0, 1.0);
-    /// Points of a patch, at least.
-    LEAST_PATCH: usize = 24, Trial(24.0, 24.0);
-    /// What two surfaces must save in BIC beside one.
-    STRONG: f64 = 20.0, Trial(20.0, 20.0);
     /// Points of each side that fits look at.
     SAMPLE: usize = 1500, Effort("points of one fit");
     /// Points of a block: enough that its mean shows a fraction of a sigma.
     BLOCK: usize = 32, Trial(32.0, 32.0);
-    /// Spread of the blocks' means over what noise alone gives that is certainly more.
-    UNEVEN: f64 = 1.4, Trial(1.4, 1.4);
     /// Rounds in which residuals are averaged with those of their neighbours.
     SMOOTHING: usize = 2, Trial(2.0, 2.0);
-    /// Residuals beyond this many sigmas count as that.
-    OUTLYING: f64 = 3.0, Trial(3.0, 3.0);
-    /// Standard deviations of that spread which chance may add.
-    CHANCE: f64 = 4.0, Trial(4.0, 4.0);
     /// Rounds in which the middle of heights is found.
     ROUNDS: usize = 10, Effort("rounds of a method that settles in a few");
     /// Steps of a fit.
@@ -52,14 +35,15 @@ constants! {
 pub fn sides(site: &Site<'_>) -> Option<Vec<Piece>> {
     let Site { scene, families, group, .. } = *site;
     let shape = site.shape();
-    let uneven = group.len() >= 2 * LEAST.get() && is_uneven(scene, shape, group, families.sigma);
+    let uneven =
+        group.len() >= 2 * ONE_OF_TWO.get() && is_uneven(scene, shape, group, families.sigma);
     uneven.then(|| two_sides(scene, shape, group, families)).flatten().map(Vec::from)
 }
 
 /// Whether the mean residuals of blocks of points that lie together spread more than the noise makes them.
 fn is_uneven(scene: &Scene, shape: &Shape, group: &[u32], sigma: f64) -> bool {
     let ruler = Ruler::of(shape);
-    let limit = OUTLYING.get() * sigma;
+    let limit = SURE.get() * sigma;
     let blocks = group.len() / BLOCK.get();
     let sq_mean = |block: &[u32]| {
         let distance = |i: &u32| ruler.distance(&scene.points[*i as usize]).clamp(-limit, limit);
@@ -67,7 +51,7 @@ fn is_uneven(scene: &Scene, shape: &Shape, group: &[u32], sigma: f64) -> bool {
     };
     let sum: f64 = group.chunks_exact(BLOCK.get()).map(sq_mean).sum();
     let spread = sum / blocks as f64 * BLOCK.get() as f64 / (sigma * sigma);
-    spread > UNEVEN.get() + CHANCE.get() * (2.0 / blocks as f64).sqrt()
+    spread > GOOD.get() + ACCEPT.get() * (2.0 / blocks as f64).sqrt()
 }
 
 /// The two sides of the step in a region, where there is one that is worth two surfaces.
@@ -117,8 +101,9 @@ fn halves(height: &[f64], beside: &[Vec<u32>]) -> Option<[Vec<u32>; 2]> {
         .partition(|set| height[set[0] as usize] > middle);
     // the largest of each come first
     let (upper, lower) = (upper.into_iter().next()?, lower.into_iter().next()?);
-    let least = LEAST.get().max((SHARE.get() * n as f64) as usize);
-    let most = (upper.len() + lower.len()) as f64 >= MOST.get() * n as f64;
+    let least = ONE_OF_TWO.get().max((LITTLE.get() * n as f64) as usize);
+    // A wavy surface falls into more pieces.
+    let most = (upper.len() + lower.len()) as f64 >= HALF.get() * n as f64;
     (upper.len().min(lower.len()) >= least && most).then_some([upper, lower])
 }
 
@@ -126,7 +111,7 @@ fn halves(height: &[f64], beside: &[Vec<u32>]) -> Option<[Vec<u32>; 2]> {
 fn patch(height: &[f64], beside: &[Vec<u32>], off: impl Fn(f64) -> bool) -> Option<[Vec<u32>; 2]> {
     let sets = connected(beside, |k| off(height[k]));
     let patch = sets.into_iter().find(|set| off(height[set[0] as usize]))?;
-    if patch.len() < LEAST_PATCH.get() {
+    if patch.len() < FEW.get() {
         return None;
     }
     let others = (0..height.len() as u32).filter(|k| !off(height[*k as usize])).collect();
@@ -165,7 +150,7 @@ fn judged(
         tolerance: 1e-5,
     };
     let one = families.score(fit(shape, &together, None, &options)?.shape, &together);
-    (a.bic + b.bic + STRONG.get() < one.bic).then_some([(a.shape, upper), (b.shape, lower)])
+    (a.bic + b.bic + DOUBT.get() < one.bic).then_some([(a.shape, upper), (b.shape, lower)])
 }
 
 /// The value that parts the lower from the upper ones: half way between the means of the two.

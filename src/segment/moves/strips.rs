@@ -3,8 +3,9 @@
 use crate::fit::Shape;
 use crate::geometry::Vec3;
 use crate::segment::moves::directions::asked;
-use crate::segment::moves::pieces::{LEAST, Piece, SAMPLE, large_pieces};
+use crate::segment::moves::pieces::{Piece, SAMPLE, large_pieces};
 use crate::segment::moves::site::Site;
+use crate::segment::objective::FEW;
 use crate::segment::prepare::take::take;
 
 /// A plane for each large piece of a plane's region where they are parallel to a better known plane, at heights
@@ -12,7 +13,7 @@ use crate::segment::prepare::take::take;
 pub fn instead(site: &Site<'_>) -> Option<Vec<Piece>> {
     let Site { scene, families, directions, group, .. } = *site;
     let plane = site.shape();
-    if group.len() < 2 * LEAST.get() {
+    if group.len() < 2 * FEW.get() {
         return None;
     }
     let own = |points: &[Vec3]| families.score(*plane, points).chi2;

@@ -11,7 +11,8 @@ use crate::fit::{Family, Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::family::{Families, Scored};
 use crate::segment::moves::memo::{Key, Memo, Move};
-use crate::segment::moves::trial::{LEAST, Place, STEPS, Trial};
+use crate::segment::moves::trial::{Place, STEPS, Trial};
+use crate::segment::objective::{DOUBT, FEW, SLIGHT};
 use crate::segment::partition::{Partition, members, neighbours_of, put_in};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take_core;
@@ -34,7 +35,7 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
             |slot, r| {
                 let current = frozen.shapes[r];
                 let vain = frozen.vain.is_vain(keys[r].as_ref());
-                if vain || groups[r].len() < LEAST.get() || scene.cancelled() {
+                if vain || groups[r].len() < FEW.get() || scene.cancelled() {
                     return None;
                 }
                 let found = candidates(scene, frozen, families, &groups[r], r);
@@ -70,7 +71,7 @@ fn candidates(
     group: &[u32],
     region: usize,
 ) -> Vec<Shape> {
-    let (points, normals) = take_core(scene, &model.labels, group, region as i32, FEW.get());
+    let (points, normals) = take_core(scene, &model.labels, group, region as i32, SAMPLE.get());
     let current = model.shapes[region];
     let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f64;
     let size = points.iter().map(|p| (p - centroid).norm()).fold(0.0, f64::max);
@@ -83,7 +84,7 @@ fn candidates(
         .chain(all.into_iter().filter(|s| s.reduced < NEAR.get()))
         .filter(|s| {
             let boundary = if is_apart(&current, &s.shape, &points, families.sigma) {
-                BOUNDARY.get()
+                DOUBT.get()
             } else {
                 0.0
             };
@@ -105,7 +106,7 @@ fn candidates(
 
 constants! {
     /// Points of a region's core that candidates are fitted to.
-    FEW: usize = 600, Effort("points of one fit");
+    SAMPLE: usize = 600, Effort("points of one fit");
     /// Those of one with more than twice as many that they are fitted to again: chance alone lets a richer family gain
     /// on a few what counts much on all.
     MANY: usize = 4000, Effort("points of one fit");
@@ -115,11 +116,6 @@ constants! {
     NEAR: f64 = 4.0, Effort("candidates that are not tried");
     /// Reduced chi2 beyond which an unfitted shape is no candidate.
     FAR: f64 = 8.0, Effort("candidates that are not tried");
-    /// What a surface may save at its region's boundary beside what its fit to the interior shows.
-    BOUNDARY: f64 = 25.0, Trial(25.0, 25.0);
-    /// Surfaces whose distances from a region's points differ by less than this many sigmas, root mean square, are the
-    /// same at its boundary too.
-    ALIKE: f64 = 0.3, Trial(0.3, 0.3);
     /// How many times wider than the points reach the tube of a fillet or an elbow may be.
     WIDE: f64 = 2.0, Trial(2.0, 2.0);
 }
@@ -134,7 +130,7 @@ fn on_more_points(
     region: usize,
     found: Vec<Shape>,
 ) -> Vec<Shape> {
-    if found.is_empty() || group.len() < 2 * FEW.get() {
+    if found.is_empty() || group.len() < 2 * SAMPLE.get() {
         return found;
     }
     let (points, _) = take_core(scene, &model.labels, group, region as i32, MANY.get());
@@ -143,7 +139,7 @@ fn on_more_points(
         families.score(shape, &points)
     };
     let own = refit(&model.shapes[region]);
-    let gains = |s: &Scored| may_gain(families, &own, s, points.len(), group.len(), BOUNDARY.get());
+    let gains = |s: &Scored| may_gain(families, &own, s, points.len(), group.len(), DOUBT.get());
     found.iter().map(refit).filter(gains).map(|s| s.shape).collect()
 }
 
@@ -170,7 +166,7 @@ fn is_apart(a: &Shape, b: &Shape, points: &[Vec3], sigma: f64) -> bool {
         (a - b).abs().min((a + b).abs()).powi(2)
     };
     let sum: f64 = points.iter().map(difference).sum();
-    sum > (ALIKE.get() * sigma).powi(2) * points.len() as f64
+    sum > (SLIGHT.get() * sigma).powi(2) * points.len() as f64
 }
 
 /// Whether a candidate may cost less than a region's own surface, both scored on `m` of its `n` points, where it may

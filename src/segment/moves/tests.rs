@@ -11,7 +11,8 @@ use crate::segment::moves::remove::remove_needless;
 use crate::segment::moves::retype::retype;
 use crate::segment::moves::settle::settle;
 use crate::segment::moves::trial::{Place, Trial};
-use crate::segment::moves::{SETTLED, SLACK, improve};
+use crate::segment::moves::{SETTLED, improve};
+use crate::segment::objective::DOUBT;
 use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 
@@ -248,7 +249,7 @@ fn no_round_of_moves_makes_the_description_longer() {
         for _ in 0..3 {
             improve(&scene, &mut model, &families, &Silent).unwrap();
             let after = model.energy(&scene, families.sigma);
-            assert!(after <= before + SLACK.get(), "{seed}: {before} {after}");
+            assert!(after <= before + DOUBT.get(), "{seed}: {before} {after}");
             before = after;
         }
         let found: Vec<Family> = model.shapes.iter().map(|s| s.family).collect();

@@ -8,7 +8,7 @@ use crate::segment::family::Families;
 use crate::segment::label::energy::Energies;
 use crate::segment::label::labelling::Labelling;
 use crate::segment::moves::settle::is_another;
-use crate::segment::objective::{ACCEPT, SURFACE, unassigned};
+use crate::segment::objective::{ACCEPT, FEW, SURFACE, unassigned};
 use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
 
@@ -19,8 +19,6 @@ constants! {
     ROUNDS: usize = 3, Effort("rounds of one trial");
     /// Sweeps of one such relabelling.
     SWEEPS: usize = 3, Effort("sweeps of one relabelling");
-    /// Points of a region below which no other surface is tried, and that one needs to be worth its price.
-    pub LEAST: usize = 20, Trial(20.0, 20.0);
     /// Points that a fit looks at.
     SAMPLE: usize = 6000, Effort("points of one fit");
     /// Steps of a fit.
@@ -177,7 +175,7 @@ impl<'a> Trial<'a> {
                 break;
             }
             let own = self.own();
-            if own.len() < LEAST.get() {
+            if own.len() < FEW.get() {
                 break;
             }
             let thin: Vec<Vec3> =
@@ -250,7 +248,7 @@ impl<'a> Trial<'a> {
         let count = self.labels.iter().filter(|l| **l == place.region).count();
         let worth = (count as f64 / place.repeats) as usize;
         let mut length = shape.family.description_length(worth);
-        if count < LEAST.get() {
+        if count < FEW.get() {
             length += SURFACE.get();
         }
         let mut e = 0.0;

@@ -1,15 +1,8 @@
 //! Some of the points of a region, taken evenly.
 
-use crate::fit::constant::constants;
 use crate::geometry::Vec3;
+use crate::segment::objective::{FEW, PART};
 use crate::segment::prepare::scene::Scene;
-
-constants! {
-    /// Points of a core that speak for a region, at least.
-    CORE: usize = 60, Trial(60.0, 60.0);
-    /// A region may have so many times the points of a core that speaks for it.
-    CORE_SHARE: usize = 3, Trial(3.0, 3.0);
-}
 
 /// Points of `members`, at most about `limit` of them, evenly along the scene's order.
 pub fn take(scene: &Scene, members: &[u32], limit: usize) -> Vec<Vec3> {
@@ -29,7 +22,7 @@ pub fn take_core(
     let inside =
         |i: &u32| scene.neighbours(*i as usize).iter().all(|&j| labels[j as usize] == label);
     let core: Vec<u32> = group.iter().copied().filter(inside).collect();
-    let set = if core.len() >= CORE.get() && core.len() * CORE_SHARE.get() > group.len() {
+    let set = if core.len() >= FEW.get() && core.len() as f64 > PART.get() * group.len() as f64 {
         &core
     } else {
         group

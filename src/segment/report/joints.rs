@@ -1,6 +1,7 @@
 //! Where regions touch, how their surfaces meet there, and how exactly the boundary can be placed.
 
 use crate::fit::constant::constants;
+use crate::segment::objective::SURE;
 use crate::segment::report::known::Joint;
 use std::collections::BTreeMap;
 
@@ -17,8 +18,6 @@ constants! {
     SAMPLE: usize = 200, Effort("places looked at");
     /// A joint has at least this many neighbouring pairs of points across it.
     LEAST_PAIRS: usize = 4, Trial(4.0, 4.0);
-    /// Deviations that are believed, in standard deviations.
-    SURE: f64 = 3.0, Derived("three standard deviations: chance exceeds them once in 370");
 }
 
 /// What a joint is judged by.

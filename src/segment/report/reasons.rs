@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
+use crate::segment::objective::APART;
 use crate::segment::prepare::candidates::K;
 use crate::segment::prepare::noise::VOLUME;
 use crate::segment::prepare::scene::Scene;
@@ -13,10 +14,8 @@ use crate::segment::union::Union;
 constants! {
     /// Points looked at; with more, every n-th stands for the rest.
     SAMPLE: usize = 50_000, Effort("points looked at");
-    /// Unassigned points further apart than this many spacings do not hang together.
-    REACH: f64 = 2.5, Trial(2.5, 2.5);
     /// Fewer points than this in one place are isolated.
-    ISOLATED: usize = 10, Trial(10.0, 10.0);
+    ISOLATED: usize = 10, Derived("what the word is to mean");
 }
 
 /// Why a point has no region.
@@ -74,7 +73,7 @@ pub fn explain(
     let (m, n) = (sample.len(), points.len());
     let Ok(scene) = Scene::watched(sample, monitor) else { return counts };
     let mut seen = 0;
-    for group in groups(&scene, REACH.get() * spacing * (stride as f64).sqrt()) {
+    for group in groups(&scene, APART.get() * spacing * (stride as f64).sqrt()) {
         if scene.cancelled() {
             break;
         }

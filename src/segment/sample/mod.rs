@@ -6,6 +6,7 @@ use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::discover::further;
 use crate::segment::label::{shares, spread};
+use crate::segment::objective::ENOUGH;
 use crate::segment::prepare::noise;
 use crate::segment::sample::discovery::{Discovery, discover, label_all};
 use crate::segment::{Monitor, Parameters, SegmentError, partition};
@@ -19,8 +20,6 @@ constants! {
     DENSE_ENOUGH: usize = 200, Effort("samples that are not made denser");
     /// Points that a sample has even where they lie on rows, if there are as many.
     SPARSE: usize = 2_000, Effort("points of the sparsest sample");
-    /// Unassigned points that may hold a surface.
-    LEFT: usize = 64, Trial(64.0, 64.0);
 }
 
 /// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
@@ -89,7 +88,7 @@ fn judge(
     let labelled = spread::spread(points, &found.scene, &found.model, found.sigma, monitor)?;
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
-    let lacking = left.len() >= LEFT.get()
+    let lacking = left.len() >= ENOUGH.get()
         && further::holds_surface(&left, found.sigma, parameters, monitor)?;
     Ok(if lacking { Judged::Thin(0) } else { Judged::Enough(labelled) })
 }
