@@ -88,7 +88,9 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     let sigma = if fills_volume { sigma } else { sigma * climb(&mut levels, first, level) };
     let few = points.len() < FEW.get();
     let sigma = if few { of_one_quadric(points).min(sigma) } else { sigma };
-    // Where already the cloud spans two directions, all of it does.
+    // Narrow faces and edges may leave a level little to tell by, and yet it spans two directions.
+    let spanned = levels.iter().position(Level::spans).unwrap_or(spanned);
+    // Where already the cloud does, all of it does.
     let spanning = if spanned == 0 { points.len() } else { thinned.points(spanned as u32) };
     Noise { sigma, fills_volume, spanning }
 }
@@ -101,10 +103,17 @@ fn of_one_quadric(points: &[Vec3]) -> f64 {
     (sum / freedom).sqrt()
 }
 
+impl Level {
+    /// Whether neighbours span two directions.
+    fn spans(&self) -> bool {
+        self.inner_breadth > SPANNED.get()
+    }
+}
+
 /// The first level whose neighbours span two directions, or else the one at which most groups tell something.
 fn first_spanned(levels: &mut Vec<Level>, level: impl Fn(u32) -> Option<Level>) -> usize {
-    let spans = |l: &Level| l.inner_breadth > SPANNED.get() && l.usable() >= USABLE.get();
-    while !levels.last().is_some_and(spans) {
+    let tells = |l: &Level| l.spans() && l.usable() >= USABLE.get();
+    while !levels.last().is_some_and(tells) {
         let Some(next) = level(levels.len() as u32) else {
             let usable = |k: &usize| levels[*k].usable();
             let all = (0..levels.len()).rev();
