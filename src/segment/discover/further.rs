@@ -17,6 +17,16 @@ constants! {
     SEEDS: usize = 64, Effort("seeds tried");
 }
 
+/// Points of one run.
+const RUN: usize = 4096;
+
+/// Runs of at most `limit` of `n` points, evenly along their order: in each they are as dense as they are.
+fn runs(n: usize, limit: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    let count = if n <= limit { 1 } else { (limit / RUN).max(1) };
+    let length = if n <= limit { n } else { limit.min(RUN) };
+    (0..count).map(move |k| k * n / count).map(move |from| from..from + length)
+}
+
 /// Whether what a model leaves of a cloud holds a surface worth a region.
 ///
 /// # Errors
@@ -27,8 +37,7 @@ pub fn holds_surface(
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<bool, crate::segment::SegmentError> {
-    let m = left.len().min(LIMIT.get());
-    let taken = (0..m).map(|k| left[k * left.len() / m]).collect();
+    let taken = runs(left.len(), LIMIT.get()).flat_map(|run| left[run].iter().copied()).collect();
     let mut scene = Scene::watched(taken, monitor)?;
     scene.sharpen_normals(sigma);
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
@@ -49,4 +58,36 @@ pub fn holds_surface(
     let chosen = select(&scene, found, sigma, 0, ENOUGH.get()).0;
     monitor.check()?;
     Ok(!chosen.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fits::Random;
+    use crate::segment::Silent;
+    use crate::segment::fixtures::{SIGMA, ordered};
+
+    #[test]
+    fn runs_are_spread_over_all_and_within_them() {
+        assert_eq!(runs(100, 1000).collect::<Vec<_>>(), [0..100]);
+        let some: Vec<_> = runs(100_000, 10_000).collect();
+        assert_eq!(some, [0..4096, 50_000..54_096]);
+    }
+
+    #[test]
+    fn small_bodies_in_a_large_cloud_are_seen() {
+        // 70 points each: of one in four of them nothing could be told
+        let random = &mut Random::new(4);
+        let mut body = |_| {
+            let centre = 100.0 * Vec3::new(random.normal(), random.normal(), random.normal());
+            let mut at = || {
+                let d = Vec3::new(random.normal(), random.normal(), random.normal()).normalize();
+                centre + (0.5 + 0.1 * SIGMA * random.normal()) * d
+            };
+            (0..70).map(|_| at()).collect::<Vec<_>>()
+        };
+        let points: Vec<Vec3> = (0..2000).flat_map(&mut body).collect();
+        let found = holds_surface(&ordered(&points), 0.1 * SIGMA, &Parameters::default(), &Silent);
+        assert!(found.unwrap());
+    }
 }

@@ -21,6 +21,9 @@ constants! {
     /// Scatters at which surfaces are looked for, in steps of a factor of the square root of two from the noise
     /// between neighbours up.
     LEVELS: usize = 7, Effort("scatters tried");
+    /// Scatter, in spacings, up to which those beyond are tried as well, twice as large each: of noise that is all smooth
+    /// the nearest neighbours show next to nothing, and of freeform so little leaves no surface whole.
+    SMALL: f64 = 0.06, Trial(0.06, 0.06);
     /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
     /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
     ROUGH: f64 = 0.02, Trial(0.02, 0.05);
@@ -137,12 +140,11 @@ fn scatter(
     let first = usize::from(!taken.is_empty());
     // All levels together may be as much work as two searches.
     let allowed = scene.work.done() + 2 * allowance(scene.len());
-    for level in first..LEVELS.get() {
+    for (level, sigma) in scatters(families.sigma, scene.spacing).enumerate().skip(first) {
         if scene.work.done() > allowed {
             scene.work.leave();
             break;
         }
-        let sigma = families.sigma * LEVEL.powi(level as i32);
         let looser = Families { sigma, ..families.clone() };
         let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
         let mut look = |most: usize| -> Result<(f64, f64), Cancelled> {
@@ -167,6 +169,14 @@ fn scatter(
         }
     }
     Ok(best)
+}
+
+/// Scatters at which surfaces are looked for where there is `noise` between neighbours.
+fn scatters(noise: f64, spacing: f64) -> impl Iterator<Item = f64> {
+    let near = (0..LEVELS.get()).map(move |k| noise * LEVEL.powi(k as i32));
+    let last = noise * LEVEL.powi(LEVELS.get() as i32 - 1);
+    let beyond = std::iter::successors(Some(2.0 * last), |s| Some(2.0 * s));
+    near.chain(beyond.take_while(move |s| *s < SMALL.get() * spacing))
 }
 
 /// Hypotheses judged at once.
@@ -216,7 +226,7 @@ mod tests {
     }
 
     /// A roof of two faces, its noise `white` and `smooth` in sigmas, on a floor that bends by `bent`.
-    fn looked(white: f64, form: f64, bent: f64) -> (usize, Families) {
+    fn looked(white: f64, form: f64, bent: f64, sigma: f64) -> (usize, Families) {
         let random = &mut Random::new(5);
         let field = smooth(random);
         let mut at = || {
@@ -226,7 +236,7 @@ mod tests {
             Vec3::new(x, y, 0.8 * x.abs() + off + bent * field(&(0.3 * flat)))
         };
         let scene = Scene::new(ordered(&(0..12_000).map(|_| at()).collect::<Vec<_>>()));
-        let mut families = Families { max_radius: 1e4, ..fixtures::families() };
+        let mut families = Families { sigma, floor: 0.0, max_radius: 1e4, ..fixtures::families() };
         let mut trials = (0, 0);
         let found = hypotheses(&scene, &mut families, 1, true, &mut trials, &Silent).unwrap();
         let Looked::Found(found, _) = found else { panic!("a denser sample was asked for") };
@@ -235,14 +245,14 @@ mod tests {
 
     #[test]
     fn independent_noise_has_nothing_in_common() {
-        let (found, families) = looked(1.0, 0.0, 0.0);
+        let (found, families) = looked(1.0, 0.0, 0.0, SIGMA);
         assert!(found >= 2);
         assert_eq!((families.common, families.sigma), (0.0, SIGMA));
     }
 
     #[test]
     fn smooth_noise_is_reckoned_with_as_a_whole() {
-        let (found, families) = looked(0.7, 1.5, 0.0);
+        let (found, families) = looked(0.7, 1.5, 0.0, SIGMA);
         assert!((2..12).contains(&found), "{found}");
         // Nearly all of a residual is its neighbours' too, and sigma is the whole of it or a level or two more.
         assert!((0.5..0.95).contains(&families.common), "{}", families.common);
@@ -252,7 +262,16 @@ mod tests {
     }
 
     #[test]
+    fn noise_that_is_all_smooth_is_found_above_what_neighbours_show_of_it() {
+        let (found, families) = looked(0.0, 0.5, 0.0, 0.01 * SIGMA);
+        assert!((2..12).contains(&found), "{found}");
+        let whole = 0.5 * SIGMA / 0.8_f64.hypot(1.0);
+        assert!((whole..3.0 * whole).contains(&families.sigma), "{}", families.sigma);
+        assert!(families.common > 0.8, "{}", families.common);
+    }
+
+    #[test]
     fn freeform_is_no_noise_of_any_size() {
-        assert_eq!(looked(1.0, 0.0, 3.0).0, 0);
+        assert_eq!(looked(1.0, 0.0, 3.0, SIGMA).0, 0);
     }
 }

@@ -16,6 +16,8 @@ constants! {
     BROAD: f64 = 0.1, Trial(0.1, 0.1);
     /// The 25 % quantile of the scatter of patches, over sigma.
     QUARTER: f64 = 0.889, Derived("sqrt(chi2_18(0.25) / 18) = 0.8716, and 2 % as the patches of a group share points");
+    /// The same quantile of the scatter of the nearest half of a patch.
+    NEARER_QUARTER: f64 = 0.774, Derived("sqrt(chi2_6(0.25) / 6) = 0.7588, and 2 % as the patches of a group share points");
     /// Share of two sheets among a group's patches from which on these tell the noise.
     SHEETS: f64 = 0.3, Trial(0.3, 0.3);
 }
@@ -24,6 +26,10 @@ constants! {
 pub struct Level {
     /// Scatter of each group, as a standard deviation; `None` where its patches tell nothing.
     pub scatter: Vec<Option<f64>>,
+    /// Median over the groups of the same by the nearest half of each patch.
+    pub nearer: Option<f64>,
+    /// Median reach of the patches.
+    pub reach: f64,
     /// Median thickness of the patches.
     pub thickness: f64,
     /// Median breadth of the patches' nearest points.
@@ -39,10 +45,15 @@ impl Level {
             median(&mut values).unwrap_or(0.0)
         };
         let starts = (0..patches.len().max(1)).step_by(APART.get());
+        let nearer = |g: &[Option<Patch>]| {
+            Some(quarter(g.iter().flatten().map(|p| p.nearer).collect())? / NEARER_QUARTER.get())
+        };
         let groups =
             starts.map(|s| &patches[s.min(patches.len())..patches.len().min(s + TOGETHER.get())]);
         Self {
+            nearer: median(&mut groups.clone().filter_map(nearer).collect::<Vec<_>>()),
             scatter: groups.map(|g| group_scatter(g, steps)).collect(),
+            reach: middle(&|p| p.reach),
             thickness: middle(&Patch::thickness),
             inner_breadth: middle(&|p| p.inner_breadth),
         }
@@ -108,6 +119,7 @@ mod tests {
         let patch = Patch {
             scatter: 1.0,
             of_sheets: None,
+            nearer: 1.0,
             reach: 10.0,
             breadth: 0.8,
             inner_breadth: 0.8,

@@ -85,7 +85,13 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     }
     let sigma = levels[first].median_scatter().unwrap_or(0.0);
     let fills_volume = fills_volume(&mut levels, first, level);
-    let sigma = if fills_volume { sigma } else { sigma * climb(&mut levels, first, level) };
+    let thin_bodies = of_thin_bodies(&levels, first, sigma);
+    let fills_volume = fills_volume && thin_bodies.is_none();
+    let sigma = match thin_bodies {
+        Some(nearer) => nearer,
+        None if fills_volume => sigma,
+        None => sigma * climb(&mut levels, first, level),
+    };
     let few = points.len() < FEW.get();
     let sigma = if few { of_one_quadric(points).min(sigma) } else { sigma };
     // Narrow faces and edges may leave a level little to tell by, and yet it spans two directions.
@@ -122,6 +128,17 @@ fn first_spanned(levels: &mut Vec<Level>, level: impl Fn(u32) -> Option<Level>) 
         levels.push(next);
     }
     levels.len() - 1
+}
+
+/// The scatter of half patches where whole ones bend around bodies as small as they: it is a good deal smaller, and that
+/// of the next level larger than by any noise.
+fn of_thin_bodies(levels: &[Level], first: usize, sigma: f64) -> Option<f64> {
+    let growth = levels[first].growth(levels.get(first + 1)?)?;
+    let Level { reach, nearer, .. } = levels[first];
+    // Thinner groups than that tell of no bend.
+    let thick = sigma > THINNEST.get() * reach;
+    let bends = thick && levels[first].spans() && growth > GROWN_THINNEST.get();
+    nearer.filter(|nearer| bends && *nearer < SHRUNK.get() * sigma)
 }
 
 /// Whether patches are as thick as wide at all levels, to the thinnest: those of a sheet get flat in the end.

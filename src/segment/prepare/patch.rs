@@ -51,6 +51,8 @@ pub struct Patch {
     pub scatter: f64,
     /// The same about two sheets side by side, where these are there.
     pub of_sheets: Option<f64>,
+    /// The same about a graph quadric of the nearest half of the points alone.
+    pub nearer: f64,
     /// Root mean square distance of the points from their centre.
     pub reach: f64,
     /// Variance across the direction in which points scatter most over that along it: 1 for a disc, 0 for a line.
@@ -75,8 +77,8 @@ impl Patch {
             return None;
         }
         let q = points.map(|p| p / scale);
-        let rough = Sheet::of(&q, normal, RIDGE.get())?;
-        let fine = Sheet::of(&q, rough.normal, TINY)?;
+        let rough = Sheet::of(&q, MANY, normal, RIDGE.get())?;
+        let fine = Sheet::of(&q, MANY, rough.normal, TINY)?;
         let rss = dot(&fine.left, &fine.left);
         let reach = mean_sq.sqrt();
         let scatter = (rss / ONE_SHEET).sqrt();
@@ -86,10 +88,13 @@ impl Patch {
             .then(|| fine.two_sheets(&rough.heights, most, wall))
             .flatten();
         let [scatter, of_sheets] = [Some(scatter), of_sheets].map(|s| s.map(|s| s * scale));
+        let nearer = Sheet::of(&q, NEARER, rough.normal, TINY).map_or(f64::INFINITY, |s| {
+            scale * (dot(&s.left, &s.left) / (NEARER - 6) as f64).sqrt()
+        });
         let inner_breadth = spread(&points[..INNER.get().min(MANY)]).1;
         let normal = fine.normal;
         let scatter = scatter.filter(|s| s.is_finite())?;
-        Some(Self { scatter, of_sheets, reach, breadth, inner_breadth, normal })
+        Some(Self { scatter, of_sheets, nearer, reach, breadth, inner_breadth, normal })
     }
 
     /// Scatter over reach: how thick the patch is.
@@ -119,7 +124,10 @@ fn spread(points: &[Vec3]) -> (f64, f64, Vec3) {
     (e.eigenvalues.sum().max(0.0), breadth, e.eigenvectors.column(least).into_owned())
 }
 
-/// A graph quadric through points of unit reach.
+/// The nearest half of a patch's points.
+pub const NEARER: usize = MANY / 2;
+
+/// A graph quadric through the nearest `used` of the points of a patch of unit reach.
 struct Sheet {
     columns: [Column; 6],
     equations: Equations,
@@ -132,11 +140,12 @@ struct Sheet {
 
 impl Sheet {
     #[inline(always)]
-    fn of(q: &[Vec3; MANY], up: Vec3, ridge: f64) -> Option<Self> {
+    fn of(q: &[Vec3; MANY], used: usize, up: Vec3, ridge: f64) -> Option<Self> {
         let (u, v) = perpendicular_frame(&up);
-        let [x, y, heights] = [u, v, up].map(|e| q.map(|p| p.dot(&e)));
+        let one: Column = std::array::from_fn(|k| if k < used { 1.0 } else { 0.0 });
+        let [x, y, heights] = [u, v, up].map(|e| std::array::from_fn(|k| one[k] * q[k].dot(&e)));
         let product = |a: &Column, b: &Column| std::array::from_fn(|k| a[k] * b[k]);
-        let columns = [[1.0; MANY], x, y, product(&x, &x), product(&x, &y), product(&y, &y)];
+        let columns = [one, x, y, product(&x, &x), product(&x, &y), product(&y, &y)];
         let mut a = SMatrix::<f64, 6, 6>::zeros();
         for r in 0..6 {
             for c in 0..=r {

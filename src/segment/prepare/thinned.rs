@@ -11,7 +11,7 @@ use crate::segment::prepare::patch::Patch;
 use crate::segment::random::SplitMix64;
 
 constants! {
-    /// Sites looked at, most; no more than there are patches beside each other.
+    /// Sites looked at, most; no more than twice as many as there are patches beside each other.
     SITES: usize = 1_000, Effort("sites whose patches are looked at");
     /// Points that the first level has at most: a surface of a thousandth of a larger cloud still has two patches.
     MOST: usize = 320_000, Effort("points of the first level");
@@ -52,7 +52,7 @@ impl<'a> Thinned<'a> {
         }
         let points: Vec<Vec3> = kept.iter().map(|&i| self.points[i as usize]).collect();
         let runs = Runs::of(&points);
-        let sites = (self.points.len() / MANY).clamp(1, SITES.get());
+        let sites = (2 * self.points.len() / MANY).clamp(1, SITES.get());
         let at = |k: usize| k * self.points.len() / sites;
         let patch = |k: usize| {
             if k.is_multiple_of(WATCHED) && self.monitor.cancelled() {

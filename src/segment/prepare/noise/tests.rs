@@ -128,3 +128,31 @@ fn a_cloud_spans_two_directions_once_its_rows_are_as_sparse_as_wide_apart() {
     assert!((1_000..10_000).contains(&spanning), "{spanning}");
     assert_eq!(estimate(&ordered(&cap(9_000, 0.01)), &Silent).spanning, 9_000);
 }
+
+#[test]
+fn thin_bodies_close_together_do_not_bend_the_noise() {
+    // balls of 60 points each, of which a patch is nearly half, and tubes as thin
+    let mut random = Random::new(6);
+    let (mut balls, mut tubes) = (Vec::new(), Vec::new());
+    for _ in 0..400 {
+        let centre = 40.0 * Vec3::new(random.normal(), random.normal(), random.normal());
+        for _ in 0..60 {
+            let d = Vec3::new(random.normal(), random.normal(), random.normal()).normalize();
+            balls.push(centre + (0.5 + 0.002 * random.normal()) * d);
+        }
+    }
+    for _ in 0..40 {
+        let (x, y) = (random.uniform(0.0, 100.0), random.uniform(0.0, 100.0));
+        for _ in 0..1500 {
+            let (turn, r) = (random.uniform(0.0, 6.283), 1.0 + 0.01 * random.normal());
+            tubes.push(Vec3::new(
+                x + r * turn.cos(),
+                y + r * turn.sin(),
+                random.uniform(0.0, 100.0),
+            ));
+        }
+    }
+    // The half of a patch bends as well: that much above the truth surfaces are still found.
+    let (balls, tubes) = (ratio(balls, 0.002), ratio(tubes, 0.01));
+    assert!((0.7..6.0).contains(&balls) && (0.7..6.0).contains(&tubes), "{balls} {tubes}");
+}
