@@ -3,7 +3,7 @@
 use conicoid::segment::{Parameters, Silent, segment};
 
 use super::support::truth::{
-    Cloud, cad,
+    Cloud, Random, cad,
     score::{Score, score},
     smooth,
 };
@@ -122,4 +122,36 @@ fn machined_parts_are_found_with_a_tenth_of_their_points() {
     assert!(mean(|s| s.ratio) > 0.99, "{}", mean(|s| s.ratio));
     assert!(mean(|s| s.type_ok) > 0.99, "{}", mean(|s| s.type_ok));
     assert!(rms(&all) < 1.13 && most(&all) < 2.5, "{} {}", rms(&all), most(&all));
+}
+
+/// Parts and scenes whose noise is not white, as `noisy` makes them: their mean ratio and the least.
+fn ratios(noisy: impl Fn(Cloud, &mut Random) -> Cloud) -> (f64, f64) {
+    let mut all = Vec::new();
+    for seed in 1..=2 {
+        let parts = [("bracket", 0.01), ("flange", 0.02), ("tee", 0.02)]
+            .map(|(name, sigma)| cad::make(name, seed, 30_000, sigma, true));
+        let scenes = ["chain3", "scene"].map(|kind| smooth::sized(kind, 20_000, seed));
+        for cloud in parts.into_iter().chain(scenes) {
+            all.push(scored(&noisy(cloud.unwrap(), &mut Random::new(seed))).ratio);
+        }
+    }
+    let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+    (all.iter().sum::<f64>() / all.len() as f64, least)
+}
+
+#[test]
+fn noise_that_neighbours_share_costs_next_to_nothing() {
+    // as large as the white noise, and the same over some ten spacings
+    let (mean, least) = ratios(|cloud, random| {
+        let sigma = cloud.sigma;
+        cloud.waving(sigma, 4.0, random)
+    });
+    assert!(mean > 0.99 && least > PART, "{mean} {least}");
+}
+
+#[test]
+fn faces_three_times_as_rough_as_others_are_found() {
+    let (mean, least) = ratios(|cloud, random| cloud.with_rough_faces(3.0, random));
+    // The oracle takes the noise to be the same all over: it is beaten.
+    assert!(mean > 1.0 && least > 0.95, "{mean} {least}");
 }

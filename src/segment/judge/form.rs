@@ -138,11 +138,17 @@ fn scatter(
 ) -> Result<Scatter, Cancelled> {
     let mut best = Scatter { sigma: None, share: LITTLE.get(), common: 0.0 };
     let first = usize::from(!taken.is_empty());
-    // All levels together may be as much work as two searches.
-    let allowed = scene.work.done() + 2 * allowance(scene.len());
-    for (level, sigma) in scatters(families.sigma, scene.spacing).enumerate().skip(first) {
+    // All levels together may be as much work as two searches, or twice what it took to find what is there.
+    let done = scene.work.done();
+    let rough = !taken.is_empty();
+    let allowed = done + if rough { 2 * done } else { 2 * allowance(scene.len()) };
+    // Some surfaces are rougher than others, but not beyond measure.
+    let small = if taken.is_empty() { SMALL.get() * scene.spacing } else { 0.0 };
+    for (level, sigma) in scatters(families.sigma, small).enumerate().skip(first) {
         if scene.work.done() > allowed {
-            scene.work.leave();
+            if !rough {
+                scene.work.leave();
+            }
             break;
         }
         let looser = Families { sigma, ..families.clone() };
@@ -150,10 +156,9 @@ fn scatter(
         let mut look = |most: usize| -> Result<(f64, f64), Cancelled> {
             let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
             let part = most as f64 / LOOK.get() as f64;
-            let rough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
+            let enough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
             let common = in_common(&few);
-            let share =
-                if taken.is_empty() || rough { stable_share(scene, &looser, few) } else { 0.0 };
+            let share = if enough || !rough { stable_share(scene, &looser, few) } else { 0.0 };
             Ok((share, common))
         };
         // Of freeform none is, and by outliers few points are won: the first few seeds tell.
@@ -171,12 +176,13 @@ fn scatter(
     Ok(best)
 }
 
-/// Scatters at which surfaces are looked for where there is `noise` between neighbours.
-fn scatters(noise: f64, spacing: f64) -> impl Iterator<Item = f64> {
+/// Scatters at which surfaces are looked for where there is `noise` between neighbours: several, and more of them while
+/// they are `small`.
+fn scatters(noise: f64, small: f64) -> impl Iterator<Item = f64> {
     let near = (0..LEVELS.get()).map(move |k| noise * LEVEL.powi(k as i32));
     let last = noise * LEVEL.powi(LEVELS.get() as i32 - 1);
     let beyond = std::iter::successors(Some(2.0 * last), |s| Some(2.0 * s));
-    near.chain(beyond.take_while(move |s| *s < SMALL.get() * spacing))
+    near.chain(beyond.take_while(move |s| *s < small))
 }
 
 /// Hypotheses judged at once.
