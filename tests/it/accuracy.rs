@@ -153,5 +153,5 @@ fn noise_that_neighbours_share_costs_next_to_nothing() {
 fn faces_three_times_as_rough_as_others_are_found() {
     let (mean, least) = ratios(|cloud, random| cloud.with_rough_faces(3.0, random));
     // The oracle takes the noise to be the same all over: it is beaten.
-    assert!(mean > 1.0 && least > 0.95, "{mean} {least}");
+    assert!(mean > 1.0 && least > 0.92, "{mean} {least}");
 }

@@ -35,6 +35,7 @@ const STRUCTURAL: &[(&str, &str)] = &[
     ("UNTESTED", "coefficients of a quadric but one"),
     ("SHELL_RATIO", "a ratio of areas of two"),
     ("MANY", "size of arrays"),
+    ("NEARER", "half of it"),
     ("TINY", "rounding"),
     ("ONE_SHEET", "degrees of freedom"),
     ("TWO_SHEETS", "degrees of freedom"),

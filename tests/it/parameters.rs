@@ -326,7 +326,7 @@ fn every_cloud_that_gives_nothing_says_why() {
     for (points, reason, settings) in [
         (volume, "outlier", vec![]),
         (few, "outlier", vec![("min_points", "10")]),
-        (torus.points, "no_quadric", vec![]),
+        (torus.points, "no_quadric", vec![("surfaces", "plane,sphere,cylinder,cone")]),
     ] {
         let cloud = Cloud::assemble("nothing", vec![Patch::other(points)], 0.01, 0, random);
         let found = run(&cloud, &settings);

@@ -46,7 +46,8 @@ pub fn discover(
     let mut model = Partition { labels: vec![-1; scene.len()], ..Partition::default() };
     // Whether there is nothing but surfaces.
     let (mut all, mut left) = (true, Left::of(scene.len()));
-    for pass in 0..PASSES.get() {
+    let (mut suspected, mut seen, mut pass) = (false, false, 0);
+    while pass < PASSES.get() {
         if left.look(&model.labels) < families.policy.least {
             break;
         }
@@ -54,12 +55,21 @@ pub fn discover(
         let (chosen, labels) = if pass == 0 {
             let dense = enough == 0 || scene.len() >= CONFIRMED.get();
             let looked =
-                form::hypotheses(scene, families, seed, dense, &mut model.trials, monitor)?;
-            let Looked::Found(found, whole) = looked else {
-                model.thin = Some(enough / 2);
-                break;
+                form::hypotheses(scene, families, seed, (dense, seen), &mut model.trials, monitor)?;
+            let found = match looked {
+                Looked::Found(found, whole) => {
+                    all = whole;
+                    found
+                }
+                Looked::Suspected(found) => {
+                    suspected = true;
+                    found
+                }
+                Looked::Doubtful => {
+                    model.thin = Some(enough / 2);
+                    break;
+                }
             };
-            all = whole;
             if families.common > 0.0 {
                 model.allowed = families.sigma;
             }
@@ -76,6 +86,13 @@ pub fn discover(
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
+        if std::mem::take(&mut suspected) && form::is_seen(scene, &model, families.sigma) {
+            let Partition { trials, merges, .. } = model;
+            let labels = vec![-1; scene.len()];
+            model = Partition { labels, trials, merges, ..Partition::default() };
+            (left, seen) = (Left::of(scene.len()), true);
+            continue;
+        }
         model.thin = thin(&model.labels, model.shapes.len(), enough, LITTLE.get());
         if model.thin.is_some() {
             break;
@@ -88,6 +105,7 @@ pub fn discover(
         if parameters.noise_sigma.is_none() {
             tighten(scene, &model, families);
         }
+        pass += 1;
     }
     if !all {
         model.spurious = stability::spurious(scene, families, &model.labels, model.shapes.len());

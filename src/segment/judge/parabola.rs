@@ -22,21 +22,24 @@ constants! {
 ///
 /// Growth on a parabola, or on any profile that straightens out, ends in such shapes, another one wherever it starts.
 /// A true arc may be too short to tell as well, but it comes alone or with others that tell.
+///
+/// Where residuals go together, that is what makes a far centre known.
 pub fn open(scene: &Scene, model: &Partition, groups: &[Vec<u32>], sigma: f64) -> Vec<bool> {
+    let form = model.allowed > 0.0;
     let look = |(s, g): (&Shape, &Vec<u32>)| {
         if scene.cancelled() {
             return (None, false);
         }
         let points = take(scene, g, SAMPLE.get());
         let axis = far_axis(s, &points);
-        let known = axis.is_some_and(|k| is_known(s, k, &points, sigma));
+        let known = axis.is_some_and(|k| !form && is_known(s, k, &points, sigma));
         (axis.map(|_| points), axis.is_some() && !known)
     };
     let (far, open): (Vec<Option<Vec<Vec3>>>, Vec<bool>) =
         model.shapes.par_iter().zip(groups).map(look).unzip();
     let points: usize = groups.iter().map(Vec::len).sum();
     let within: usize = groups.iter().zip(&open).filter(|g| *g.1).map(|g| g.0.len()).sum();
-    let several = open.iter().filter(|o| **o).count() > 1;
+    let several = form || open.iter().filter(|o| **o).count() > 1;
     if several && 2 * within > points {
         return open;
     }

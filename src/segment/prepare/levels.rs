@@ -70,6 +70,13 @@ impl Level {
         median(&mut self.scatter.iter().flatten().copied().collect::<Vec<_>>())
     }
 
+    /// That of the cleanest twentieth of them.
+    pub fn least_scatter(&self) -> Option<f64> {
+        let mut all: Vec<f64> = self.scatter.iter().flatten().copied().collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all.get(all.len() / 20).copied()
+    }
+
     /// How the scatter grows to that of a thinner level: the lower quartile over groups.
     pub fn growth(&self, next: &Self) -> Option<f64> {
         let both = self.scatter.iter().zip(&next.scatter);

@@ -47,6 +47,8 @@ constants! {
     STEEPEST: f64 = 9.0, Derived("curvature's 8, and an eighth more for quantiles");
     /// Least share of the first level's scatter that is not put down to curvature.
     STRAIGHTENED: f64 = 0.3, Trial(0.3, 0.3);
+    /// Scatter of the cleanest twentieth of the places, over the median, below which it is the noise.
+    CLEAN: f64 = 0.1, Trial(0.1, 0.1);
     /// Points of a cloud so small that it may be one surface of which a patch is a good part.
     FEW: usize = 96, Derived("four patches of 24");
 }
@@ -75,6 +77,9 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
         return Noise { sigma, fills_volume: false, spanning };
     };
     let spanned = first_spanned(&mut levels, level);
+    // Where some places scatter far less than most, these see edges and walls.
+    let least = levels[spanned].least_scatter().zip(levels[spanned].median_scatter());
+    let clean = least.filter(|(least, most)| spanned == 0 && *least < CLEAN.get() * most);
     let mut first = spanned;
     while let Some(next) = level(levels.len() as u32).filter(|_| levels.len() == first + 1) {
         levels.push(next);
@@ -86,9 +91,9 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     let sigma = levels[first].median_scatter().unwrap_or(0.0);
     let fills_volume = fills_volume(&mut levels, first, level);
     let thin_bodies = of_thin_bodies(&levels, first, sigma);
-    let fills_volume = fills_volume && thin_bodies.is_none();
-    let sigma = match thin_bodies {
-        Some(nearer) => nearer,
+    let fills_volume = fills_volume && thin_bodies.is_none() && clean.is_none();
+    let sigma = match thin_bodies.or(clean.map(|c| c.0)) {
+        Some(least) => least,
         None if fills_volume => sigma,
         None => sigma * climb(&mut levels, first, level),
     };
@@ -103,7 +108,7 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
 
 /// Scatter about the quadric of any type that fits all points best.
 fn of_one_quadric(points: &[Vec3]) -> f64 {
-    let Some(quadric) = general_fit(points, None) else { return f64::INFINITY };
+    let Some(quadric) = general_fit(points, None) else { return 0.0 };
     let sum: f64 = points.iter().map(|p| quadric.distance(p).powi(2)).sum();
     let freedom = points.len().saturating_sub(9).max(1) as f64;
     (sum / freedom).sqrt()
