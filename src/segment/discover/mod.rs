@@ -56,26 +56,9 @@ pub fn discover(
             let dense = enough == 0 || scene.len() >= CONFIRMED.get();
             let looked =
                 form::hypotheses(scene, families, seed, (dense, seen), &mut model.trials, monitor)?;
-            let found = match looked {
-                Looked::Found(found, whole) => {
-                    all = whole;
-                    found
-                }
-                Looked::Suspected(found) => {
-                    suspected = true;
-                    found
-                }
-                Looked::Doubtful => {
-                    model.thin = Some(enough / 2);
-                    break;
-                }
-            };
-            if families.common > 0.0 {
-                model.allowed = families.sigma;
-            }
-            let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
-            model.thin = thin(&labels, chosen.len(), enough, PART.get());
-            (chosen, labels)
+            suspected = matches!(looked, Looked::Suspected(_));
+            all = !matches!(looked, Looked::Found(_, false));
+            first(scene, looked, families, enough, &mut model, monitor)?
         } else {
             left.chosen(scene, families, seed, &mut model, monitor)?
         };
@@ -111,6 +94,28 @@ pub fn discover(
         model.spurious = stability::spurious(scene, families, &model.labels, model.shapes.len());
     }
     Ok(model)
+}
+
+/// The hypotheses chosen among those of the whole scene and its first labels; `model` is thin where a denser sample with
+/// `enough` points for each may tell more.
+fn first(
+    scene: &Scene,
+    looked: Looked,
+    families: &Families,
+    enough: usize,
+    model: &mut Partition,
+    monitor: &dyn Monitor,
+) -> Result<(Vec<Hypothesis>, Vec<i32>), Cancelled> {
+    let (Looked::Found(found, _) | Looked::Suspected(found)) = looked else {
+        model.thin = Some(enough / 2);
+        return Ok((Vec::new(), Vec::new()));
+    };
+    if families.common > 0.0 {
+        model.allowed = families.sigma;
+    }
+    let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
+    model.thin = thin(&labels, chosen.len(), enough, PART.get());
+    Ok((chosen, labels))
 }
 
 /// The points that surfaces leave.

@@ -1,8 +1,7 @@
 //! Residuals of neighbours that go together: noise that is smooth, a form error, or no surfaces at all.
 //!
-//! Noise of one size, though not independent from point to point, leaves surfaces what they are: growth from anywhere
-//! on one ends with the same points once it reckons with the whole of the noise. On freeform each hypothesis slides to
-//! where its seed lay, at any scatter.
+//! Noise that is not independent from point to point leaves surfaces what they are: growth from anywhere on one ends
+//! with the same points once it reckons with all of it. On freeform each slides to where its seed lay, at any scatter.
 
 use crate::fit::constant::constants;
 use crate::segment::family::Families;
@@ -34,7 +33,7 @@ constants! {
     LOOK: usize = 16, Effort("seeds tried");
 }
 
-/// From one scatter to the next.
+/// From one to the next.
 const LEVEL: f64 = std::f64::consts::SQRT_2;
 
 /// The correlation of residuals that half of the grown points lie below.

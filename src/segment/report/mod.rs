@@ -67,15 +67,7 @@ pub fn report(
         }
         free.retain(|&i| labels[i as usize] < 0);
     }
-    // Tori, which are not reported, were found nevertheless.
-    let found_out = |i: &u32| !found.scene.work.is_left() || found.labels[*i as usize] >= 0;
-    let (seen, unseen): (Vec<u32>, Vec<u32>) = free.iter().partition(|i| found_out(i));
-    for (free, examined) in [(seen, true), (unseen, false)] {
-        let left: Vec<Vec3> = free.iter().map(|&i| points[i as usize]).collect();
-        for (reason, n) in explain(&left, spacing, parameters.min_points, examined, monitor) {
-            *reasons.entry(reason).or_insert(0) += n;
-        }
-    }
+    say_why(&mut reasons, &found, &free, spacing, parameters.min_points, monitor);
     monitor.check()?;
     let tallies = tallies(points, &labels, &kept, monitor);
     monitor.check()?;
@@ -109,6 +101,26 @@ pub fn report(
         parameters: resolved,
         counters: found.counters,
     })
+}
+
+/// Adds the reasons of the points that are `free` of any region.
+fn say_why(
+    reasons: &mut BTreeMap<Reason, usize>,
+    found: &Found,
+    free: &[u32],
+    spacing: f64,
+    min_points: usize,
+    monitor: &dyn Monitor,
+) {
+    // Tori, which are not reported, were found nevertheless.
+    let found_out = |i: &u32| !found.scene.work.is_left() || found.labels[*i as usize] >= 0;
+    let (seen, unseen): (Vec<u32>, Vec<u32>) = free.iter().partition(|i| found_out(i));
+    for (free, examined) in [(seen, true), (unseen, false)] {
+        let left: Vec<Vec3> = free.iter().map(|&i| found.points[i as usize]).collect();
+        for (reason, n) in explain(&left, spacing, min_points, examined, monitor) {
+            *reasons.entry(reason).or_insert(0) += n;
+        }
+    }
 }
 
 fn in_cloud_order(labels: &[i32], places: &[u32]) -> Vec<i32> {
