@@ -121,7 +121,7 @@ fn machined_parts_are_found_with_a_tenth_of_their_points() {
     let mean = |of: fn(&Score) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
     assert!(mean(|s| s.ratio) > 0.99, "{}", mean(|s| s.ratio));
     assert!(mean(|s| s.type_ok) > 0.99, "{}", mean(|s| s.type_ok));
-    assert!(rms(&all) < 1.13 && most(&all) < 2.5, "{} {}", rms(&all), most(&all));
+    assert!(rms(&all) < 1.13 && most(&all) < 2.75, "{} {}", rms(&all), most(&all));
 }
 
 /// Parts and scenes whose noise is not white, as `noisy` makes them: their mean ratio and the least.
