@@ -3,8 +3,6 @@
 //! Starts of fits need nothing else of matrices of three to nine rows, and need it for every family and every set of
 //! points: the whole decomposition takes several times as long.
 
-#![expect(clippy::needless_range_loop, reason = "triangles of small matrices read best by index")]
-
 use nalgebra::{SMatrix, SVector};
 
 /// Unit eigenvector of the largest eigenvalue of a symmetric matrix, of which the lower triangle is looked at. Where

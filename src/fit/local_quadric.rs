@@ -2,8 +2,6 @@
 //!
 //! Sources: Taubin 1991; Li and Griffiths 2004 for the ellipsoid (k = 4).
 
-#![expect(clippy::needless_range_loop, reason = "triangles and lanes read best by index")]
-
 use std::cell::OnceCell;
 
 use multiversion::multiversion;

@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn runs_are_spread_over_all_and_within_them() {
-        assert_eq!(runs(100, 1000).collect::<Vec<_>>(), [0..100]);
+        assert!(runs(100, 1000).eq(std::iter::once(0..100)));
         let some: Vec<_> = runs(100_000, 10_000).collect();
         assert_eq!(some, [0..4096, 50_000..54_096]);
     }

@@ -144,7 +144,8 @@ fn thin_bodies_close_together_do_not_bend_the_noise() {
     for _ in 0..40 {
         let (x, y) = (random.uniform(0.0, 100.0), random.uniform(0.0, 100.0));
         for _ in 0..1500 {
-            let (turn, r) = (random.uniform(0.0, 6.283), 1.0 + 0.01 * random.normal());
+            let (turn, r) =
+                (random.uniform(0.0, std::f64::consts::TAU), 1.0 + 0.01 * random.normal());
             tubes.push(Vec3::new(
                 x + r * turn.cos(),
                 y + r * turn.sin(),

@@ -113,15 +113,16 @@ impl Grid {
         let w = self.width;
         let mut out = vec![0.0; self.counts.len()];
         let mut inner = Vec::new();
-        for i in w + 1..self.counts.len() - w - 1 {
+        let inside = self.counts.len() - 2 * (w + 1);
+        for (i, out) in out.iter_mut().enumerate().skip(w + 1).take(inside) {
             let mut full = true;
             for (row, share) in [(i - w, 1), (i, 2), (i + w, 1)] {
                 let three = [row - 1, row, row + 1].map(|j| self.counts[j]);
                 full &= three.iter().all(|c| *c > 0);
-                out[i] += (share * (three[0] + 2 * three[1] + three[2])) as f64 / 16.0;
+                *out += (share * (three[0] + 2 * three[1] + three[2])) as f64 / 16.0;
             }
             if full {
-                inner.push(out[i]);
+                inner.push(*out);
             }
         }
         if inner.is_empty() {
