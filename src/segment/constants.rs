@@ -41,6 +41,7 @@ static FILES: &[Table] = &[
     moves::trial::CONSTANTS,
     judge::breadth::CONSTANTS,
     judge::form::CONSTANTS,
+    judge::scatter::CONSTANTS,
     judge::one_quadric::CONSTANTS,
     judge::parabola::CONSTANTS,
     judge::stability::CONSTANTS,

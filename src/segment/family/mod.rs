@@ -41,8 +41,7 @@ pub struct Families {
     pub common: f64,
     /// Largest radius taken seriously; beyond it a plane is meant.
     pub max_radius: f64,
-    /// Whether growth may start from a part of a neighbourhood, as narrow strips side by side need: with a form
-    /// error any part is some surface's.
+    /// Whether growth may start from a part of a neighbourhood, as narrow strips side by side need.
     pub strips: bool,
     /// What the caller allows the search.
     pub policy: Policy,
@@ -111,8 +110,7 @@ impl Families {
 
     /// Scores a shape on points.
     pub fn score(&self, shape: Shape, points: &[Vec3]) -> Scored {
-        let inverse = 1.0 / (self.sigma * self.sigma);
-        let chi2 = Ruler::of(&shape).truncated(points, inverse, unassigned());
+        let chi2 = self.chi2(&shape, points);
         let (n, p) = (points.len() as f64, shape.family.dof() as f64);
         Scored {
             shape,
@@ -129,8 +127,13 @@ impl Families {
 
     /// What points cost at a shape: their truncated chi2, as far as they say anything anew.
     pub fn misfit(&self, shape: &Shape, points: &[Vec3]) -> f64 {
+        self.chi2(shape, points) / self.repeats()
+    }
+
+    /// Truncated chi2 of points at a shape.
+    fn chi2(&self, shape: &Shape, points: &[Vec3]) -> f64 {
         let inverse = 1.0 / (self.sigma * self.sigma);
-        Ruler::of(shape).truncated(points, inverse, unassigned()) / self.repeats()
+        Ruler::of(shape).truncated(points, inverse, unassigned())
     }
 
     /// Robust fit of one family from `start`.

@@ -6,11 +6,12 @@
 use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
-use crate::segment::grow::search::{Search, allowance};
+use crate::segment::grow::search::Search;
 use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::judge::scatter::{LEVEL, ROUGH, in_common, scatter, typical};
 use crate::segment::judge::stability::{judged, rescued};
 use crate::segment::judge::whiteness::{correlated, correlation};
-use crate::segment::objective::{CORRELATED, HALF, LITTLE, MOST};
+use crate::segment::objective::{CORRELATED, HALF, MOST};
 use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
@@ -18,36 +19,8 @@ use crate::segment::{Cancelled, Monitor};
 constants! {
     /// Hypotheses after which the form of a scene is first judged.
     FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
-    /// Scatters at which surfaces are looked for, in steps of a factor of the square root of two from the noise
-    /// between neighbours up.
-    LEVELS: usize = 7, Effort("scatters tried");
-    /// Scatter, in spacings, up to which those beyond are tried as well, twice as large each: of noise that is all smooth
-    /// the nearest neighbours show next to nothing, and of freeform so little leaves no surface whole.
-    SMALL: f64 = 0.06, Trial(0.06, 0.06);
-    /// Share of the points that fit nothing at the noise, and do at a larger scatter, from which on that is the scene's:
-    /// so many save by it, from the price of a point without surface to that of one on it, what the others lose.
-    ROUGH: f64 = 0.02, Trial(0.02, 0.05);
     /// Mean correlation of settled surfaces' residuals beyond which these go together: else hardly any is left.
     SEEN: f64 = 0.035, Trial(0.035, 0.035);
-    /// Seeds that tell whether a level is worth trying.
-    LOOK: usize = 16, Effort("seeds tried");
-}
-
-/// From one to the next.
-const LEVEL: f64 = std::f64::consts::SQRT_2;
-
-/// The correlation of residuals that half of the grown points lie below.
-fn typical(hypotheses: &[Hypothesis]) -> f64 {
-    let mut all: Vec<(f64, usize)> =
-        hypotheses.iter().map(|h| (h.correlation, h.support.len())).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let half = all.iter().map(|h| h.1).sum::<usize>() / 2;
-    let mut points = 0;
-    let reached = |h: &&(f64, usize)| {
-        points += h.1;
-        points > half
-    };
-    all.iter().find(reached).map_or(0.0, |h| h.0)
 }
 
 /// What a look at a scene's hypotheses gave.
@@ -83,17 +56,18 @@ pub fn hypotheses(
     };
     let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
     let common = typical(&found) > CORRELATED.get();
-    let covered = taken(&found, scene.len()).iter().filter(|t| **t).count() as f64;
+    let taken = taken(&found, scene.len());
+    let open = taken.iter().filter(|t| !**t).count() as f64 / scene.len() as f64;
     // Where hardly any are taken, labels tell nothing.
-    if common && !seen && !clear(&found) && covered > HALF.get() * scene.len() as f64 {
+    if common && !seen && !clear(&found) && open < HALF.get() {
         return Ok(Looked::Suspected(found));
     }
-    let taken = if common { Vec::new() } else { taken(&found, scene.len()) };
-    let open = taken.iter().filter(|t| !**t).count();
-    if !common && (open as f64) < ROUGH.get() * scene.len() as f64 {
+    if !common && open < ROUGH.get() {
         return Ok(Looked::Found(found, true));
     }
-    let at = scatter(scene, families, seed, &taken, trials, monitor)?;
+    // Where residuals go together, what is found is not yet any surface's.
+    let others: &[bool] = if common { &[] } else { &taken };
+    let at = scatter(scene, families, seed, others, trials, monitor)?;
     if !common && at.share <= MOST.get() {
         return Ok(Looked::Found(found, true));
     }
@@ -136,105 +110,6 @@ fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
     taken
 }
 
-/// What residuals of neighbours have in common at hypotheses of one scatter.
-fn in_common(found: &[Hypothesis]) -> f64 {
-    Some(typical(found)).filter(|c| *c > CORRELATED.get()).unwrap_or(0.0)
-}
-
-/// The scatter at which most of what is grown is the same wherever it starts.
-struct Scatter {
-    /// It, or that at which the most is; none where next to nothing is at any.
-    sigma: Option<f64>,
-    /// Share of the grown points that is.
-    share: f64,
-    /// What residuals have in common there.
-    common: f64,
-}
-
-/// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
-/// scene's.
-fn scatter(
-    scene: &Scene,
-    families: &Families,
-    seed: u64,
-    taken: &[bool],
-    trials: &mut (usize, usize),
-    monitor: &dyn Monitor,
-) -> Result<Scatter, Cancelled> {
-    let mut best = Scatter { sigma: None, share: LITTLE.get(), common: 0.0 };
-    let first = usize::from(!taken.is_empty());
-    // All levels together may be as much work as two searches, or twice what it took to find what is there.
-    let done = scene.work.done();
-    let rough = !taken.is_empty();
-    let allowed = done + if rough { 2 * done } else { 2 * allowance(scene.len()) };
-    // Some surfaces are rougher than others, but not beyond measure.
-    let small = if taken.is_empty() { SMALL.get() * scene.spacing } else { 0.0 };
-    for (level, sigma) in scatters(families.sigma, small).enumerate().skip(first) {
-        if scene.work.done() > allowed {
-            if !rough {
-                scene.work.leave();
-            }
-            break;
-        }
-        let looser = Families { sigma, ..families.clone() };
-        let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
-        let mut look = |most: usize| -> Result<(f64, f64), Cancelled> {
-            let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
-            let part = most as f64 / LOOK.get() as f64;
-            let enough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
-            let common = in_common(&few);
-            let share = if enough || !rough { stable_share(scene, &looser, few) } else { 0.0 };
-            Ok((share, common))
-        };
-        // Of freeform none is, and by outliers few points are won: the first few seeds tell.
-        if look(AT_ONCE)?.0 == 0.0 {
-            continue;
-        }
-        let (share, common) = look(LOOK.get())?;
-        if share > best.share {
-            best = Scatter { sigma: Some(sigma), share, common };
-        }
-        if share > MOST.get() {
-            break;
-        }
-    }
-    Ok(best)
-}
-
-/// Scatters at which surfaces are looked for where there is `noise` between neighbours: several, and more of them while
-/// they are `small`.
-fn scatters(noise: f64, small: f64) -> impl Iterator<Item = f64> {
-    let near = (0..LEVELS.get()).map(move |k| noise * LEVEL.powi(k as i32));
-    let last = noise * LEVEL.powi(LEVELS.get() as i32 - 1);
-    let beyond = std::iter::successors(Some(2.0 * last), |s| Some(2.0 * s));
-    near.chain(beyond.take_while(move |s| *s < small))
-}
-
-/// Hypotheses judged at once.
-const AT_ONCE: usize = 4;
-
-/// Points in hypotheses that were not `taken` before.
-fn newly(found: &[Hypothesis], taken: &[bool]) -> usize {
-    let mut all = taken.to_vec();
-    let of = found.iter().flat_map(|h| &h.support).map(|&i| i as usize);
-    of.filter(|&i| all.get_mut(i).is_some_and(|t| !std::mem::replace(t, true))).count()
-}
-
-/// Share of the points in hypotheses that is in those which are the same wherever they start. As many are judged as it
-/// takes to tell that it is not [`MOST`].
-fn stable_share(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> f64 {
-    let points = |found: &[Hypothesis]| found.iter().map(|h| h.support.len()).sum::<usize>() as f64;
-    let all = points(&found);
-    let (mut looked, mut stable) = (0.0, 0.0);
-    while !found.is_empty() && looked - stable < (1.0 - MOST.get()) * all {
-        let few: Vec<Hypothesis> = found.drain(..found.len().min(AT_ONCE)).collect();
-        looked += points(&few);
-        let sound = judged(scene, families, few).into_iter().filter(|h| h.sound);
-        stable += points(&sound.collect::<Vec<_>>());
-    }
-    stable / looked.max(1.0)
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
@@ -243,7 +118,7 @@ mod tests {
     use crate::fit::fits::Random;
     use crate::geometry::Vec3;
     use crate::segment::Silent;
-    use crate::segment::fixtures::{self, SIGMA, ordered};
+    use crate::segment::fixtures::{self, SIGMA, ordered, partition, plane, sheet};
 
     /// A smooth field of variance one, with a correlation length of one.
     fn smooth(random: &mut Random) -> impl Fn(&Vec3) -> f64 + use<> {
@@ -291,6 +166,16 @@ mod tests {
         let across = 1.0 / 0.8_f64.hypot(1.0);
         let whole = SIGMA * 0.7_f64.hypot(1.5) * across;
         assert!((whole..2.1 * whole).contains(&families.sigma), "{}", families.sigma);
+    }
+
+    #[test]
+    fn residuals_of_a_surface_that_is_another_form_are_seen_and_those_of_noise_are_not() {
+        let seen = |bend: f64| {
+            let scene = sheet(6_000, |x| bend * SIGMA * (0.7 * x).sin());
+            let labels = vec![0; scene.len()];
+            is_seen(&scene, &partition(vec![plane(Vec3::zeros(), Vec3::z())], labels), SIGMA)
+        };
+        assert!(!seen(0.0) && seen(1.0));
     }
 
     #[test]

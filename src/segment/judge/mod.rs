@@ -5,6 +5,7 @@ pub mod breadth;
 pub mod form;
 pub mod one_quadric;
 pub mod parabola;
+pub mod scatter;
 pub mod stability;
 pub mod strays;
 #[cfg(test)]
