@@ -83,18 +83,18 @@ impl Around {
         let from = site.saturating_sub(WINDOW.get());
         let to = points.len().min(site + WINDOW.get() + 1);
         let at = points[site];
-        let mut all: Vec<(f64, Vec3)> = points[from..to]
-            .iter()
-            .map(|p| p - at)
-            .map(|d| (d.norm(), d))
-            .filter(|(length, _)| *length > 0.0)
-            .collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let [first, second, ..] = all[..] else { return None };
+        let others = points[from..to].iter().map(|p| p - at).map(|d| (d.norm(), d));
+        let mut all: Vec<(f64, Vec3)> = others.filter(|(length, _)| *length > 0.0).collect();
+        // The two nearest come first.
+        if all.len() < 2 {
+            return None;
+        }
+        all.select_nth_unstable_by(1, |a, b| a.0.total_cmp(&b.0));
+        let (first, second) = (all[0], all[1]);
         let cos = |d: &(f64, Vec3)| d.1.dot(&first.1) / (d.0 * first.0);
         let sq = cos(&second).powi(2);
         // within 30 degrees of a right angle
-        let across = all.iter().find(|d| cos(d).abs() < 0.5).map(|d| d.0);
+        let across = all.iter().filter(|d| cos(d).abs() < 0.5).map(|d| d.0).reduce(f64::min);
         Some(Self { along: first.0, across, turned: 4.0 * sq * (1.0 - sq) })
     }
 }

@@ -1,5 +1,7 @@
 //! Steps in which coordinates come: decimals, floating point numbers far from the origin, voxels.
 
+use rayon::prelude::*;
+
 use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
@@ -14,7 +16,7 @@ constants! {
 
 /// The even step in which each coordinate of the points comes; nought where in none.
 pub fn steps(points: &[Vec3]) -> [f64; 3] {
-    let size = points.iter().flat_map(|p| p.iter()).fold(0.0_f64, |m, x| m.max(x.abs()));
+    let size = points.par_iter().with_min_len(4096).map(|p| p.amax()).reduce(|| 0.0, f64::max);
     std::array::from_fn(|k| {
         let m = points.len().min(SAMPLE.get());
         let mut values: Vec<f64> = (0..m).map(|i| points[i * points.len() / m][k]).collect();
