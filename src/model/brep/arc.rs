@@ -1,0 +1,190 @@
+//! Which stretches of the joints' curves are edges.
+//!
+//! Corners part each curve into stretches. Points of both regions beside each other speak for a stretch, their absence
+//! against it; and every face is bounded by closed lines, so an even number of its edges meets in each corner. Stretches too
+//! short for the points to tell are decided by that.
+
+use std::collections::BTreeMap;
+
+use super::corner::Cut;
+use super::joint::Joint;
+use super::part::Part;
+use crate::geometry::Vec3;
+
+/// Stretches shorter than this many spacings are hardly told by points.
+const SHORT: f64 = 2.0;
+/// What one corner with an odd number of a face's edges costs, in spacings of stretch with or without points.
+const ODD: f64 = 2.0;
+/// A free end lies where points stop, if they go on for this many spacings.
+const TAIL: f64 = 3.0;
+
+/// A stretch of a joint's curve.
+#[derive(Clone, Copy, Debug)]
+pub struct Arc {
+    /// The joint.
+    pub joint: usize,
+    /// Where it begins and ends along the curve; the end of one that goes over a closed curve's first point is larger than
+    /// its length.
+    pub span: [f64; 2],
+    /// The corners at its ends.
+    pub corners: [usize; 2],
+    /// What speaks for it, in spacings; negative where more speaks against it.
+    pub score: f64,
+    /// Whether it is an edge.
+    pub on: bool,
+}
+
+/// All stretches with their scores, and how many corners there are now: free ends are further ones.
+pub fn arcs(part: &Part, joints: &[Joint], cuts: &[Vec<Cut>], places: &mut Vec<Vec3>) -> Vec<Arc> {
+    let mut out = Vec::new();
+    for (k, (joint, cuts)) in joints.iter().zip(cuts).enumerate() {
+        let total = joint.curve.length();
+        let mut free = |at: f64| {
+            places.push(joint.curve.at(at));
+            places.len() - 1
+        };
+        let mut add = |span: [f64; 2], corners: [usize; 2]| {
+            let score = score(part, joint, span);
+            out.push(Arc { joint: k, span, corners, score, on: score > 0.0 });
+        };
+        match (joint.curve.closed, cuts.first(), cuts.last()) {
+            (true, None, _) => {
+                let corner = free(0.0);
+                add([0.0, total], [corner; 2]);
+            }
+            (true, Some(first), Some(last)) => {
+                cuts.windows(2).for_each(|c| add([c[0].at, c[1].at], [c[0].corner, c[1].corner]));
+                add([last.at, first.at + total], [last.corner, first.corner]);
+            }
+            (false, Some(first), Some(last)) => {
+                cuts.windows(2).for_each(|c| add([c[0].at, c[1].at], [c[0].corner, c[1].corner]));
+                if let Some(end) = tail(part, joint, first.at, -1.0) {
+                    let corner = free(end);
+                    add([end, first.at], [corner, first.corner]);
+                }
+                if let Some(end) = tail(part, joint, last.at, 1.0) {
+                    let corner = free(end);
+                    add([last.at, end], [last.corner, corner]);
+                }
+            }
+            _ => {
+                let (from, to) = (joint.votes[0], joint.votes[joint.votes.len() - 1]);
+                if to - from > TAIL * part.usual {
+                    let ends = [free(from), free(to)];
+                    add([from, to], ends);
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Where the votes beyond an open curve's outermost cut end, if they go far.
+fn tail(part: &Part, joint: &Joint, from: f64, sign: f64) -> Option<f64> {
+    let beyond = joint.votes.iter().filter(|t| (*t - from) * sign > 0.0);
+    let end = beyond.map(|t| t * sign).fold(f64::NEG_INFINITY, f64::max) * sign;
+    let length = (end - from) * sign;
+    let least = TAIL * part.usual + part.smooth.get(&joint.pair).copied().unwrap_or(0.0);
+    (length.is_finite() && length > least && score(part, joint, [from.min(end), from.max(end)]) > 0.0).then_some(end)
+}
+
+/// Spacings along a stretch with neighbouring points of both regions, less those without.
+fn score(part: &Part, joint: &Joint, span: [f64; 2]) -> f64 {
+    let length = span[1] - span[0];
+    let spacing = part.spacing[joint.pair[0]].max(part.spacing[joint.pair[1]]).max(part.usual);
+    let bins = ((length / spacing).floor() as usize).clamp(1, 10_000);
+    let mut hit = vec![false; bins];
+    let total = joint.curve.length();
+    for &t in &joint.votes {
+        for t in [t, t + total] {
+            let at = (t - span[0]) / length;
+            if (0.0..1.0).contains(&at) {
+                hit[(at * bins as f64) as usize] = true;
+            }
+            if !joint.curve.closed {
+                break;
+            }
+        }
+    }
+    let hits = hit.iter().filter(|h| **h).count() as f64;
+    let score = hits - 1.5 * (bins as f64 - hits);
+    let sure = (length / (SHORT * spacing)).min(1.0);
+    score * sure
+}
+
+/// Switches stretches on and off until every face's edges close, at the least cost that single and double changes find.
+/// Returns the corners, with the region, at which they do not.
+pub fn settle(joints: &[Joint], arcs: &mut [Arc], is_free: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
+    let mut at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (k, arc) in arcs.iter().enumerate() {
+        for c in arc.corners {
+            let list = at.entry(c).or_default();
+            if !list.contains(&k) {
+                list.push(k);
+            }
+        }
+    }
+    let mut odd: BTreeMap<(usize, usize), bool> = BTreeMap::new();
+    let toggle = |odd: &mut BTreeMap<(usize, usize), bool>, arc: &Arc| -> f64 {
+        let mut change = 0.0;
+        for r in joints[arc.joint].pair {
+            for c in arc.corners {
+                if is_free(c) {
+                    continue;
+                }
+                let entry = odd.entry((c, r)).or_insert(false);
+                *entry = !*entry;
+                change += if *entry { ODD } else { -ODD };
+            }
+        }
+        change
+    };
+    for arc in arcs.iter().filter(|a| a.on) {
+        toggle(&mut odd, arc);
+    }
+    for _ in 0..arcs.len() + 10 {
+        let wrong: Vec<usize> = odd.iter().filter(|(_, o)| **o).map(|((c, _), _)| *c).collect();
+        let mut near: Vec<usize> = wrong.iter().flat_map(|c| at[c].iter().copied()).collect();
+        near.sort_unstable();
+        near.dedup();
+        let flip = |odd: &mut BTreeMap<(usize, usize), bool>, arcs: &mut [Arc], k: usize| -> f64 {
+            let price = if arcs[k].on { arcs[k].score } else { -arcs[k].score };
+            arcs[k].on = !arcs[k].on;
+            price + toggle(odd, &arcs[k])
+        };
+        let mut best: (f64, Vec<usize>) = (-1e-9, Vec::new());
+        for &i in &near {
+            let first = flip(&mut odd, arcs, i);
+            if first < best.0 {
+                best = (first, vec![i]);
+            }
+            let mut beside: Vec<usize> = arcs[i].corners.iter().flat_map(|c| at[c].iter().copied()).collect();
+            beside.sort_unstable();
+            beside.dedup();
+            for &j in beside.iter().filter(|j| **j != i) {
+                let both = first + flip(&mut odd, arcs, j);
+                if both < best.0 {
+                    best = (both, vec![i, j]);
+                }
+                for c in arcs[j].corners {
+                    for &k in at[&c].iter().filter(|k| **k != i && **k != j) {
+                        let all = both + flip(&mut odd, arcs, k);
+                        if all < best.0 - 1e-9 {
+                            best = (all, vec![i, j, k]);
+                        }
+                        flip(&mut odd, arcs, k);
+                    }
+                }
+                flip(&mut odd, arcs, j);
+            }
+            flip(&mut odd, arcs, i);
+        }
+        if best.1.is_empty() {
+            break;
+        }
+        for k in best.1 {
+            flip(&mut odd, arcs, k);
+        }
+    }
+    odd.into_iter().filter(|(_, o)| *o).map(|(k, _)| k).collect()
+}

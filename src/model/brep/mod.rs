@@ -1,0 +1,20 @@
+//! A boundary representation: faces on exact surfaces, edges where two meet, vertices where three do.
+
+pub mod arc;
+pub mod bound;
+pub mod build;
+pub mod corner;
+pub mod curve;
+pub mod edge;
+pub mod face;
+pub mod form;
+pub mod free;
+pub mod joint;
+pub mod measure;
+pub mod mend;
+pub mod near;
+pub mod outline;
+pub mod part;
+pub mod shell;
+pub mod sheet;
+pub mod smooth;

@@ -1,0 +1,325 @@
+//! A region's whole surface: signed distances, and a flat chart of it.
+
+use std::f64::consts::TAU;
+
+use crate::geometry::{Mat3, Plane, Surface, Vec3, perpendicular_frame};
+
+/// A place in a chart; lengths in the input's unit.
+pub type Uv = [f64; 2];
+
+/// A surface without borders, in coordinates about the model's centre.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheet {
+    /// The surface.
+    pub surface: Surface,
+    /// Origin of its own coordinates: a point of the plane or axis, a centre, the apex.
+    pub origin: Vec3,
+    /// Its own directions as columns; the last is the plane's normal, the axis, or the middle of a ball's points.
+    pub frame: Mat3,
+    /// Length of one unit of either parameter of the chart.
+    pub scale: Uv,
+    /// Where the parameters begin: angles in the widest gap between the points.
+    pub start: Uv,
+    /// Whether the points go all round, so that the chart closes.
+    pub wraps: [bool; 2],
+}
+
+fn columns(u: Vec3, v: Vec3, w: Vec3) -> Mat3 {
+    Mat3::from_columns(&[u, v, w])
+}
+
+fn with_axis(w: &Vec3) -> Mat3 {
+    let (u, v) = perpendicular_frame(w);
+    columns(u, v, *w)
+}
+
+impl Sheet {
+    /// The sheet of a surface moved by `-centre`.
+    pub fn new(surface: &Surface, centre: &Vec3) -> Self {
+        let mut surface = *surface;
+        let (origin, frame) = match &mut surface {
+            Surface::Plane(s) => {
+                s.point -= centre;
+                (s.point, with_axis(&s.normal))
+            }
+            Surface::Sphere(s) => {
+                s.center -= centre;
+                (s.center, Mat3::identity())
+            }
+            Surface::Cylinder(s) => {
+                // The point of the axis nearest to the centre: far ones lose digits.
+                let d = s.axis_direction;
+                s.axis_point -= centre;
+                s.axis_point -= d * d.dot(&s.axis_point);
+                (s.axis_point, with_axis(&d))
+            }
+            Surface::EllipticCylinder(s) => {
+                let d = s.axis_direction;
+                s.axis_point -= centre;
+                s.axis_point -= d * d.dot(&s.axis_point);
+                let u = s.semi_axis_directions[0];
+                (s.axis_point, columns(u, d.cross(&u), d))
+            }
+            Surface::Cone(s) => {
+                s.apex -= centre;
+                (s.apex, with_axis(&s.axis_direction))
+            }
+            Surface::Ellipsoid(s) => {
+                s.center -= centre;
+                (s.center, Mat3::identity())
+            }
+            Surface::Torus(s) => {
+                s.center -= centre;
+                (s.center, with_axis(&s.axis_direction))
+            }
+        };
+        Self { surface, origin, frame, scale: [1.0; 2], start: [0.0; 2], wraps: [false; 2] }
+    }
+
+    /// The plane through `point` with that unit normal, in coordinates about the centre.
+    pub fn plane(point: Vec3, normal: Vec3) -> Self {
+        Self::new(&Surface::Plane(Plane { point, normal }), &Vec3::zeros())
+    }
+
+    /// A place in the surface's own coordinates.
+    pub fn local(&self, x: &Vec3) -> Vec3 {
+        self.frame.tr_mul(&(x - self.origin))
+    }
+
+    /// Signed distance from the surface and the unit normal at the foot; of ellipses and ellipsoids to first order.
+    pub fn offset(&self, x: &Vec3) -> (f64, Vec3) {
+        let away = |from: &Vec3, axis: &Vec3| {
+            let d = x - from;
+            let h = d.dot(axis);
+            let out = d - axis * h;
+            let r = out.norm();
+            (h, r, if r > 0.0 { out / r } else { perpendicular_frame(axis).0 })
+        };
+        match &self.surface {
+            Surface::Plane(s) => (s.normal.dot(&(x - s.point)), s.normal),
+            Surface::Sphere(s) => {
+                let d = x - s.center;
+                let r = d.norm();
+                (r - s.radius, if r > 0.0 { d / r } else { Vec3::z() })
+            }
+            Surface::Cylinder(s) => {
+                let (_, r, out) = away(&s.axis_point, &s.axis_direction);
+                (r - s.radius, out)
+            }
+            Surface::Cone(s) => {
+                let (h, r, out) = away(&s.apex, &s.axis_direction);
+                let (sin, cos) = s.half_angle.sin_cos();
+                (r * cos - h * sin, out * cos - s.axis_direction * sin)
+            }
+            Surface::Torus(s) => {
+                let (h, r, out) = away(&s.center, &s.axis_direction);
+                let d = out * (r - s.major_radius) + s.axis_direction * h;
+                let t = d.norm();
+                (t - s.minor_radius, if t > 0.0 { d / t } else { out })
+            }
+            Surface::EllipticCylinder(s) => {
+                let d = x - s.axis_point;
+                algebraic(&d, &s.semi_axis_directions, &s.semi_axes)
+            }
+            Surface::Ellipsoid(s) => {
+                let d = x - s.center;
+                algebraic(&d, &s.semi_axis_directions, &s.semi_axes)
+            }
+        }
+    }
+
+    /// Signed distance from the surface.
+    pub fn value(&self, x: &Vec3) -> f64 {
+        self.offset(x).0
+    }
+
+    /// The unit normal at `x`, outward of the curved ones.
+    pub fn normal(&self, x: &Vec3) -> Vec3 {
+        self.offset(x).1
+    }
+
+    /// The place of the surface near `x`.
+    pub fn foot(&self, x: &Vec3) -> Vec3 {
+        let mut x = *x;
+        for _ in 0..8 {
+            let (d, n) = self.offset(&x);
+            x -= n * d;
+        }
+        x
+    }
+
+    /// The largest radius of curvature that the chart may have, infinite for a plane.
+    pub fn radius(&self) -> f64 {
+        match &self.surface {
+            Surface::Plane(_) => f64::INFINITY,
+            Surface::Sphere(s) => s.radius,
+            Surface::Cylinder(s) => s.radius,
+            Surface::EllipticCylinder(s) => s.semi_axes[0],
+            Surface::Cone(_) => f64::INFINITY,
+            Surface::Ellipsoid(s) => s.semi_axes[0],
+            Surface::Torus(s) => s.major_radius + s.minor_radius,
+        }
+    }
+
+    /// The surface's two parameters at `x` before they are shifted and scaled: angles in -pi..=pi, lengths.
+    pub fn parameters(&self, x: &Vec3) -> Uv {
+        let q = self.local(x);
+        match &self.surface {
+            Surface::Plane(_) => [q.x, q.y],
+            Surface::Cylinder(_) => [q.y.atan2(q.x), q.z],
+            Surface::EllipticCylinder(s) => {
+                [(q.y / s.semi_axes[1]).atan2(q.x / s.semi_axes[0]), q.z]
+            }
+            Surface::Cone(s) => {
+                let (sin, cos) = s.half_angle.sin_cos();
+                [q.y.atan2(q.x), q.x.hypot(q.y) * sin + q.z * cos]
+            }
+            Surface::Torus(s) => [q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y) - s.major_radius)],
+            Surface::Sphere(s) => lambert(&(q / s.radius)),
+            Surface::Ellipsoid(_) => lambert(&self.frame.tr_mul(&self.on_unit(x))),
+        }
+    }
+
+    /// Of an ellipsoid: the place in the space where it is the unit sphere, its directions kept.
+    pub fn on_unit(&self, x: &Vec3) -> Vec3 {
+        let Surface::Ellipsoid(s) = &self.surface else { return x - self.origin };
+        let d = x - s.center;
+        let along = |k: usize| s.semi_axis_directions[k] * (d.dot(&s.semi_axis_directions[k]) / s.semi_axes[k]);
+        along(0) + along(1) + along(2)
+    }
+
+    /// The place that [`Self::on_unit`] takes there.
+    pub fn from_unit(&self, y: &Vec3) -> Vec3 {
+        let Surface::Ellipsoid(s) = &self.surface else { return y + self.origin };
+        let along = |k: usize| s.semi_axis_directions[k] * (y.dot(&s.semi_axis_directions[k]) * s.semi_axes[k]);
+        s.center + along(0) + along(1) + along(2)
+    }
+
+    /// The place in the chart of a place near the surface.
+    pub fn chart(&self, x: &Vec3) -> Uv {
+        let p = self.parameters(x);
+        let angular = self.angular();
+        std::array::from_fn(|k| {
+            let t = if angular[k] { (p[k] - self.start[k]).rem_euclid(TAU) } else { p[k] - self.start[k] };
+            t * self.scale[k]
+        })
+    }
+
+    /// Which parameters are angles about an axis or a tube.
+    pub fn angular(&self) -> [bool; 2] {
+        match &self.surface {
+            Surface::Plane(_) | Surface::Sphere(_) | Surface::Ellipsoid(_) => [false, false],
+            Surface::Cylinder(_) | Surface::EllipticCylinder(_) | Surface::Cone(_) => [true, false],
+            Surface::Torus(_) => [true, true],
+        }
+    }
+
+    /// Length of the chart around each parameter; none where it does not close.
+    pub fn period(&self, k: usize) -> Option<f64> {
+        self.wraps[k].then_some(TAU * self.scale[k])
+    }
+
+    /// The place of the surface at a place of the chart.
+    pub fn at(&self, c: Uv) -> Vec3 {
+        let [u, v]: Uv = std::array::from_fn(|k| c[k] / self.scale[k] + self.start[k]);
+        let (sin, cos) = u.sin_cos();
+        let q = match &self.surface {
+            Surface::Plane(_) => Vec3::new(u, v, 0.0),
+            Surface::Cylinder(s) => Vec3::new(s.radius * cos, s.radius * sin, v),
+            Surface::EllipticCylinder(s) => Vec3::new(s.semi_axes[0] * cos, s.semi_axes[1] * sin, v),
+            Surface::Cone(s) => {
+                let (a, b) = s.half_angle.sin_cos();
+                Vec3::new(v * a * cos, v * a * sin, v * b)
+            }
+            Surface::Torus(s) => {
+                let r = s.major_radius + s.minor_radius * v.cos();
+                Vec3::new(r * cos, r * sin, s.minor_radius * v.sin())
+            }
+            Surface::Sphere(s) => unlambert([u, v]) * s.radius,
+            Surface::Ellipsoid(_) => return self.from_unit(&(self.frame * unlambert([u, v]))),
+        };
+        self.origin + self.frame * q
+    }
+
+    /// `c` moved by whole periods so that it is near to `near`.
+    pub fn beside(&self, mut c: Uv, near: &Uv) -> Uv {
+        for k in 0..2 {
+            if self.angular()[k] {
+                let p = TAU * self.scale[k];
+                c[k] -= ((c[k] - near[k]) / p).round() * p;
+            }
+        }
+        c
+    }
+}
+
+/// Q / |grad Q| and its direction for Q = sum of (d.u_k / a_k)^2 - 1.
+fn algebraic(d: &Vec3, directions: &[Vec3], semi_axes: &[f64]) -> (f64, Vec3) {
+    let (mut q, mut gradient) = (-1.0, Vec3::zeros());
+    for (u, a) in directions.iter().zip(semi_axes) {
+        let t = d.dot(u) / a;
+        q += t * t;
+        gradient += u * (2.0 * t / a);
+    }
+    let g = gradient.norm();
+    if g > 0.0 { (q / g, gradient / g) } else { (-semi_axes[0], directions[0]) }
+}
+
+/// Lambert's azimuthal map of the unit sphere, which keeps areas; its middle is +z, its rim of radius 2 is -z.
+fn lambert(d: &Vec3) -> Uv {
+    let d = d.normalize();
+    let f = (2.0 / (1.0 + d.z).max(1e-300)).sqrt();
+    let r = d.x.hypot(d.y);
+    if r == 0.0 { [if d.z < 0.0 { 2.0 } else { 0.0 }, 0.0] } else { [f * d.x, f * d.y] }
+}
+
+fn unlambert([x, y]: Uv) -> Vec3 {
+    let sq = (x * x + y * y).min(4.0);
+    let f = (1.0 - sq / 4.0).max(0.0).sqrt();
+    Vec3::new(f * x, f * y, 1.0 - sq / 2.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Cone, Cylinder, Ellipsoid, EllipticCylinder, Sphere, Torus};
+
+    #[test]
+    fn every_chart_is_turned_back_and_runs_with_the_outward_normal() {
+        let w = Vec3::new(1.0, 2.0, 2.0) / 3.0;
+        let (u, v) = perpendicular_frame(&w);
+        let c = Vec3::new(5.0, -3.0, 2.0);
+        let surfaces = [
+            Surface::Plane(Plane { point: c, normal: w }),
+            Surface::Sphere(Sphere { center: c, radius: 4.0 }),
+            Surface::Cylinder(Cylinder { axis_point: c, axis_direction: w, radius: 4.0 }),
+            Surface::EllipticCylinder(EllipticCylinder {
+                axis_point: c,
+                axis_direction: w,
+                semi_axes: [5.0, 3.0],
+                semi_axis_directions: [u, v],
+            }),
+            Surface::Cone(Cone { apex: c, axis_direction: w, half_angle: 0.4 }),
+            Surface::Ellipsoid(Ellipsoid {
+                center: c,
+                semi_axes: [5.0, 4.0, 3.0],
+                semi_axis_directions: [u, v, w],
+            }),
+            Surface::Torus(Torus { center: c, axis_direction: w, major_radius: 6.0, minor_radius: 2.0 }),
+        ];
+        for surface in surfaces {
+            let sheet = Sheet { scale: [1.5, 0.7], start: [0.3, 0.2], ..Sheet::new(&surface, &Vec3::new(1.0, 1.0, 1.0)) };
+            let p = [0.9, 0.4];
+            let x = sheet.at(p);
+            assert!(sheet.value(&x).abs() < 1e-12, "{surface:?}");
+            let back = sheet.chart(&x);
+            assert!((back[0] - p[0]).abs() + (back[1] - p[1]).abs() < 1e-12, "{surface:?} {back:?}");
+            let h = 1e-6;
+            let (du, dv) = (sheet.at([p[0] + h, p[1]]) - x, sheet.at([p[0], p[1] + h]) - x);
+            let normal = du.cross(&dv).normalize();
+            assert!((normal - sheet.normal(&x)).norm() < 1e-4, "{surface:?}");
+            let off = x + normal * 0.01;
+            assert!((sheet.value(&off) - 0.01).abs() < 1e-4 && sheet.value(&sheet.foot(&off)).abs() < 1e-13);
+        }
+    }
+}

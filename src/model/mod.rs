@@ -1,0 +1,4 @@
+//! What is derived from regions: a boundary representation of the part, and its STEP file.
+
+pub mod brep;
+pub mod step;

@@ -1,0 +1,88 @@
+//! Surfaces as STEP entities.
+
+use crate::geometry::{Surface, Vec3};
+use crate::model::brep::sheet::Sheet;
+
+use super::file::{Entities, Id, list, real, reals};
+
+/// A region's surface, with the parameters of the result; `sheet` tells where the points are, so that the place where the
+/// surface closes is away from them. `points` are those of the face's borders.
+pub fn surface(out: &mut Entities, exact: &Surface, sheet: &Sheet, centre: &Vec3, border: &[Vec3]) -> Id {
+    let (u, v) = (sheet.frame.column(0).into_owned(), sheet.frame.column(1).into_owned());
+    let (sin, cos) = sheet.start[0].sin_cos();
+    let seam = u * cos + v * sin;
+    match exact {
+        Surface::Plane(s) => {
+            let at = out.placement(&s.point, &s.normal, &u);
+            out.add(&format!("PLANE('',{at})"))
+        }
+        Surface::Cylinder(s) => {
+            let at = out.placement(&s.axis_point, &s.axis_direction, &seam);
+            out.add(&format!("CYLINDRICAL_SURFACE('',{at},{})", real(s.radius)))
+        }
+        Surface::Cone(s) => {
+            // Where its points are, so that the radius is of their size.
+            let radius = sheet.scale[0];
+            let at = s.apex + s.axis_direction * (radius / s.half_angle.tan());
+            let at = out.placement(&at, &s.axis_direction, &seam);
+            out.add(&format!("CONICAL_SURFACE('',{at},{},{})", real(radius), real(s.half_angle)))
+        }
+        Surface::Sphere(s) => {
+            // The middle of the points is opposite of the seam, and on the equator.
+            let w = sheet.frame.column(2).into_owned();
+            let at = out.placement(&s.center, &u, &-w);
+            out.add(&format!("SPHERICAL_SURFACE('',{at},{})", real(s.radius)))
+        }
+        Surface::Torus(s) => {
+            let at = out.placement(&s.center, &s.axis_direction, &seam);
+            out.add(&format!("TOROIDAL_SURFACE('',{at},{},{})", real(s.major_radius), real(s.minor_radius)))
+        }
+        Surface::EllipticCylinder(s) => {
+            let first = s.semi_axis_directions[0];
+            let x = if first.dot(&seam) < 0.0 { -first } else { first };
+            let at = out.placement(&s.axis_point, &s.axis_direction, &x);
+            let ellipse = out.add(&format!("ELLIPSE('',{at},{},{})", real(s.semi_axes[0]), real(s.semi_axes[1])));
+            let axis = out.direction(&s.axis_direction);
+            let vector = out.add(&format!("VECTOR('',{axis},1.0)"));
+            out.add(&format!("SURFACE_OF_LINEAR_EXTRUSION('',{ellipse},{vector})"))
+        }
+        Surface::Ellipsoid(_) => ellipsoid(out, sheet, centre, border),
+    }
+}
+
+/// An ellipsoid as a rational spline of degree two: the unit sphere's stereographic map from the place opposite of the points'
+/// middle, which has neither pole nor seam, stretched to the semi-axes.
+///
+/// x = 2s/w, y = 2t/w, z = (1 - s2 - t2)/w with w = 1 + s2 + t2; with a knot at nought all weights are at least one.
+fn ellipsoid(out: &mut Entities, sheet: &Sheet, centre: &Vec3, border: &[Vec3]) -> Id {
+    /// The map reaches this much further than the borders.
+    const MARGIN: f64 = 1.1;
+    let reach = |p: &Vec3| {
+        let d = sheet.frame.tr_mul(&sheet.on_unit(p)).normalize();
+        (d.x.abs().max(d.y.abs())) / (1.0 + d.z).max(1e-6)
+    };
+    let a = MARGIN * border.iter().map(reach).fold(1.0, f64::max);
+    let linear = [-a, -a / 2.0, 0.0, a / 2.0, a];
+    let square = [a * a, 0.0, 0.0, 0.0, a * a];
+    let (mut rows, mut weights) = (Vec::new(), Vec::new());
+    for i in 0..5 {
+        let mut row = Vec::new();
+        let mut w = Vec::new();
+        for j in 0..5 {
+            let weight = 1.0 + square[i] + square[j];
+            let d = Vec3::new(2.0 * linear[i], 2.0 * linear[j], 1.0 - square[i] - square[j]) / weight;
+            row.push(out.point(&(centre + sheet.from_unit(&(sheet.frame * d)))));
+            w.push(weight);
+        }
+        rows.push(list(row));
+        weights.push(reals(w));
+    }
+    let knots = reals([-a, 0.0, a]);
+    out.add(&format!(
+        "(BOUNDED_SURFACE() B_SPLINE_SURFACE(2,2,({}),.UNSPECIFIED.,.F.,.F.,.F.) \
+         B_SPLINE_SURFACE_WITH_KNOTS((3,2,3),(3,2,3),{knots},{knots},.UNSPECIFIED.) \
+         GEOMETRIC_REPRESENTATION_ITEM() RATIONAL_B_SPLINE_SURFACE(({})) REPRESENTATION_ITEM('') SURFACE())",
+        rows.join(","),
+        weights.join(",")
+    ))
+}
