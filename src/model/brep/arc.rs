@@ -18,6 +18,13 @@ const ODD: f64 = 2.0;
 /// A free end lies where points stop, if they go on for this many spacings.
 const TAIL: f64 = 3.0;
 
+/// Spacings on either side of a stretch within which a region's points tell whether it goes on.
+const BESIDE: f64 = 2.0;
+/// It does where the fewer are more than this share of the others.
+const BOTH: f64 = 0.4;
+/// So many points tell it.
+const LEAST: f64 = 10.0;
+
 /// A stretch of a joint's curve.
 #[derive(Clone, Copy, Debug)]
 pub struct Arc {
@@ -32,6 +39,15 @@ pub struct Arc {
     pub score: f64,
     /// Whether it is an edge.
     pub on: bool,
+    /// Which of the two regions it bounds; the other goes on beyond, as a plate may under a boss.
+    pub bounds: [bool; 2],
+}
+
+impl Arc {
+    /// The regions that it bounds.
+    pub fn bounded<'a>(&'a self, joints: &'a [Joint]) -> impl Iterator<Item = usize> + 'a {
+        joints[self.joint].pair.into_iter().zip(self.bounds).filter(|b| b.1).map(|b| b.0)
+    }
 }
 
 /// All stretches with their scores, and how many corners there are now: free ends are further ones.
@@ -44,8 +60,8 @@ pub fn arcs(part: &Part, joints: &[Joint], cuts: &[Vec<Cut>], places: &mut Vec<V
             places.len() - 1
         };
         let mut add = |span: [f64; 2], corners: [usize; 2]| {
-            let score = score(part, joint, span);
-            out.push(Arc { joint: k, span, corners, score, on: score > 0.0 });
+            let (score, bounds) = score(part, joint, span);
+            out.push(Arc { joint: k, span, corners, score, on: score > 0.0, bounds });
         };
         match (joint.curve.closed, cuts.first(), cuts.last()) {
             (true, None, _) => {
@@ -69,7 +85,7 @@ pub fn arcs(part: &Part, joints: &[Joint], cuts: &[Vec<Cut>], places: &mut Vec<V
             }
             _ => {
                 let (from, to) = (joint.votes[0], joint.votes[joint.votes.len() - 1]);
-                if to - from > TAIL * part.usual {
+                if to - from > 2.0 * TAIL * part.usual {
                     let ends = [free(from), free(to)];
                     add([from, to], ends);
                 }
@@ -85,11 +101,11 @@ fn tail(part: &Part, joint: &Joint, from: f64, sign: f64) -> Option<f64> {
     let end = beyond.map(|t| t * sign).fold(f64::NEG_INFINITY, f64::max) * sign;
     let length = (end - from) * sign;
     let least = TAIL * part.usual + part.smooth.get(&joint.pair).copied().unwrap_or(0.0);
-    (length.is_finite() && length > least && score(part, joint, [from.min(end), from.max(end)]) > 0.0).then_some(end)
+    (length.is_finite() && length > least && score(part, joint, [from.min(end), from.max(end)]).0 > 0.0).then_some(end)
 }
 
-/// Spacings along a stretch with neighbouring points of both regions, less those without.
-fn score(part: &Part, joint: &Joint, span: [f64; 2]) -> f64 {
+/// Spacings along a stretch with neighbouring points of both regions, less those without; and which regions it bounds.
+fn score(part: &Part, joint: &Joint, span: [f64; 2]) -> (f64, [bool; 2]) {
     let length = span[1] - span[0];
     let spacing = part.spacing[joint.pair[0]].max(part.spacing[joint.pair[1]]).max(part.usual);
     let bins = ((length / spacing).floor() as usize).clamp(1, 10_000);
@@ -109,7 +125,35 @@ fn score(part: &Part, joint: &Joint, span: [f64; 2]) -> f64 {
     let hits = hit.iter().filter(|h| **h).count() as f64;
     let score = hits - 1.5 * (bins as f64 - hits);
     let sure = (length / (SHORT * spacing)).min(1.0);
-    score * sure
+    let bounds = joint.pair.map(|r| joint.smooth || !goes_on(part, joint, span, r));
+    match bounds {
+        [false, false] => (-score.abs() * sure, [true; 2]),
+        _ => (score * sure, bounds),
+    }
+}
+
+/// Whether a region's points lie on both sides of a stretch alike: then it goes on beyond, and is not bounded there.
+fn goes_on(part: &Part, joint: &Joint, span: [f64; 2], region: usize) -> bool {
+    let Some(sheet) = part.sheets[region].as_ref() else { return false };
+    let radius = BESIDE * part.spacing[region];
+    let places = ((span[1] - span[0]) / radius).ceil().clamp(3.0, 40.0) as usize;
+    let step = (span[1] - span[0]) / places as f64;
+    let mut sides = [0.0f64; 2];
+    for k in 0..places {
+        let t = span[0] + (span[1] - span[0]) * (k as f64 + 0.5) / places as f64;
+        let (x, along) = (joint.curve.at(t), joint.curve.tangent(t));
+        let left = sheet.normal(&x).cross(&along);
+        part.near.within(&x, radius, |_, p, l| {
+            let off = (p - x).dot(&left);
+            // Beside this stretch, and not on the edge itself, where noise decides.
+            let beside = (p - x).dot(&along).abs() < 0.5 * step;
+            if l as usize == region && beside && off.abs() > 3.0 * part.noise {
+                sides[usize::from(off > 0.0)] += 1.0;
+            }
+            true
+        });
+    }
+    sides[0].min(sides[1]) > BOTH * sides[0].max(sides[1]) && sides[0] + sides[1] > LEAST
 }
 
 /// Switches stretches on and off until every face's edges close, at the least cost that single and double changes find.
@@ -127,7 +171,7 @@ pub fn settle(joints: &[Joint], arcs: &mut [Arc], is_free: impl Fn(usize) -> boo
     let mut odd: BTreeMap<(usize, usize), bool> = BTreeMap::new();
     let toggle = |odd: &mut BTreeMap<(usize, usize), bool>, arc: &Arc| -> f64 {
         let mut change = 0.0;
-        for r in joints[arc.joint].pair {
+        for r in arc.bounded(joints) {
             for c in arc.corners {
                 if is_free(c) {
                     continue;

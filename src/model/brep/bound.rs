@@ -19,6 +19,8 @@ const ASKED: usize = 400;
 const LEAST_HOLE: f64 = 12.0;
 /// A chain's end lies within this many cells of the outline.
 const NEAR: f64 = 6.0;
+/// A cone has its apex where there are points within this many spacings of the axis.
+const APEX: f64 = 2.5;
 /// Marks vertices and edges of a region's own until they have their place among all.
 pub const OWN: usize = 1 << 40;
 
@@ -72,7 +74,13 @@ pub fn bounded(part: &Part, edges: &[Edge], shared: &[Vec3], region: usize) -> O
 
 impl Draft<'_> {
     fn finish(mut self, chains: Vec<Chain>, apart: Option<&'static str>) -> Result<Bounded, &'static str> {
-        let shared: Vec<Use> = chains.iter().flat_map(|c| c.uses.iter().copied()).collect();
+        let shared: Vec<(Use, [i32; 2])> = chains
+            .iter()
+            .flat_map(|c| {
+                let turns = if c.closed { in_chart(self.edges, &c.uses, self.sheet).1 } else { [0, 0] };
+                c.uses.iter().map(move |u| (*u, turns))
+            })
+            .collect();
         let (closed, open): (Vec<Chain>, Vec<Chain>) = chains.into_iter().partition(|c| c.closed);
         let mut lines: Vec<Vec<Use>> = closed.into_iter().map(|c| c.uses).collect();
         let mut used = vec![false; self.outline.loops.len()];
@@ -230,7 +238,7 @@ impl Draft<'_> {
     }
 
     /// Whether a loop of the outline is one on which no shared edge lies, and not just a gap between points.
-    fn is_free(&self, line: &Loop, shared: &[Use]) -> bool {
+    fn is_free(&self, line: &Loop, shared: &[(Use, [i32; 2])]) -> bool {
         let [a, b] = self.outline.cell;
         let area = twice_area(&line.places) / 2.0;
         if line.turns == [0, 0] {
@@ -240,12 +248,15 @@ impl Draft<'_> {
             if area > 0.0 && self.is_far_end(line) {
                 return false;
             }
+        } else if self.is_apex(line) {
+            return false;
         }
         let reach = 3.0 * a.max(b);
         let stride = line.places.len().div_ceil(60).max(1);
         let few: Vec<Vec3> = line.places.iter().step_by(stride).map(|c| self.sheet.at(*c)).collect();
         let beside = |x: &&Vec3| {
-            shared.iter().any(|u| {
+            // Lines that close around an axis stand for those of the outline that do so the same way.
+            shared.iter().filter(|(_, turns)| line.turns == [0, 0] || *turns == [0, 0] || *turns == line.turns).any(|(u, _)| {
                 let edge = &self.edges[u.edge];
                 let reach = reach + self.part.reach([edge.regions[0], edge.regions[edge.regions.len() - 1]]);
                 let (t, off) = edge.curve.locate(x);
@@ -263,6 +274,17 @@ impl Draft<'_> {
         let far = self.sheet.at([2.0 * self.sheet.scale[0], 0.0]);
         let most = 4.0 * self.outline.cell[0];
         line.places.iter().all(|c| (self.sheet.at(*c) - far).norm() < most)
+    }
+
+    /// Whether a line around a cone's axis is the one next to an apex up to which there are points.
+    fn is_apex(&self, line: &Loop) -> bool {
+        let Surface::Cone(s) = &self.sheet.surface else { return false };
+        let sin = s.half_angle.sin();
+        let lowest = |line: &Loop| line.places.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
+        let nearest = self.part.points[self.region].iter().map(|p| self.sheet.parameters(p)[1]);
+        line.turns[0] > 0
+            && nearest.fold(f64::INFINITY, f64::min) * sin < APEX * self.part.spacing[self.region]
+            && self.outline.loops.iter().all(|l| lowest(l) >= lowest(line))
     }
 
     /// Whether the region's points lie within its faces, and these hold no more than its points cover.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::curve::meet_three;
-use super::joint::Joint;
+use super::joint::{Joint, LONGER};
 use super::part::Part;
 use super::sheet::Sheet;
 use crate::geometry::Vec3;
@@ -73,7 +73,7 @@ fn of_joint(
         .iter()
         .map(|x| {
             let mut labels = Vec::new();
-            part.near.within(x, reach, |_, _, l| {
+            part.near.within(x, LONGER * reach, |_, _, l| {
                 if !joint.pair.contains(&(l as usize)) && !labels.contains(&l) {
                     labels.push(l);
                 }

@@ -108,7 +108,7 @@ fn joined(arcs: &[Arc], joint: &Joint, degree: &BTreeMap<usize, usize>) -> Vec<E
     let passes = |c: usize| degree.get(&c) == Some(&2);
     for arc in arcs {
         match runs.last_mut() {
-            Some(last) if last.corners[1] == arc.corners[0] && passes(arc.corners[0]) && last.corners[0] != last.corners[1] => {
+            Some(last) if last.corners[1] == arc.corners[0] && passes(arc.corners[0]) && last.bounds == arc.bounds && last.corners[0] != last.corners[1] => {
                 last.span[1] = arc.span[1];
                 last.corners[1] = arc.corners[1];
             }
@@ -118,7 +118,7 @@ fn joined(arcs: &[Arc], joint: &Joint, degree: &BTreeMap<usize, usize>) -> Vec<E
     // Over the first point of a closed curve.
     if runs.len() > 1 && joint.curve.closed {
         let (first, last) = (runs[0], runs[runs.len() - 1]);
-        if last.corners[1] == first.corners[0] && passes(first.corners[0]) {
+        if last.corners[1] == first.corners[0] && passes(first.corners[0]) && first.bounds == last.bounds {
             let total = joint.curve.length();
             runs.pop();
             runs[0].span = [last.span[0], first.span[1] + total];
@@ -129,7 +129,7 @@ fn joined(arcs: &[Arc], joint: &Joint, degree: &BTreeMap<usize, usize>) -> Vec<E
         curve: joint.curve.clone(),
         span: run.span,
         ends: run.corners,
-        regions: joint.pair.to_vec(),
+        regions: joint.pair.into_iter().zip(run.bounds).filter(|b| b.1).map(|b| b.0).collect(),
     };
     runs.iter().map(edge).collect()
 }

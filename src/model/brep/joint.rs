@@ -16,6 +16,8 @@ const MOST_PAIRS: usize = 4000;
 const SMOOTH_SINE: f64 = 0.1;
 /// Pairs that tell a curve, at least.
 const LEAST_PAIRS: usize = 2;
+/// A curve goes on this many times as far from the points as the joint does: to the corner in which it ends.
+pub const LONGER: f64 = 2.0;
 /// Step along a curve in spacings.
 const STEP: f64 = 1.0;
 
@@ -76,7 +78,7 @@ fn of_pair(part: &Part, pair: [usize; 2], middles: &[Vec3]) -> Vec<Joint> {
             left.swap_remove(left.len() / 2);
             continue;
         };
-        let beside = |x: &Vec3| pair.iter().all(|&r| part.near.has(x, reach, r as u32));
+        let beside = |x: &Vec3| pair.iter().all(|&r| part.near.has(x, LONGER * reach, r as u32));
         let step = STEP * part.usual.max(1e-12);
         let Some(curve) = Curve::through(&sheets[0], &sheets[1], start, step, beside) else {
             left.swap_remove(left.len() / 2);

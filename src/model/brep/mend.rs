@@ -8,7 +8,7 @@ use super::part::Part;
 use crate::geometry::Vec3;
 
 /// An edge that no points tell is at most this many spacings long.
-const LONGEST: f64 = 8.0;
+const LONGEST: f64 = 16.0;
 
 /// Adds the edges that close the lines around two regions at once. `odd` are the corners, each with a region, at which a line is
 /// open. Returns those that still are.
@@ -23,6 +23,7 @@ pub fn mend(
     for (c, r) in odd {
         at.entry(c).or_default().push(r);
     }
+    switch_on(joints, arcs, &mut at);
     let corners: Vec<usize> = at.keys().copied().collect();
     let mut pairs = Vec::new();
     for (k, &a) in corners.iter().enumerate() {
@@ -46,10 +47,26 @@ pub fn mend(
         let Some((joint, span)) = through(part, pair, ends.map(|c| places[c])) else { continue };
         joints.push(joint);
         let (corners, span) = if span[0] <= span[1] { (ends, span) } else { ([ends[1], ends[0]], [span[1], span[0]]) };
-        arcs.push(Arc { joint: joints.len() - 1, span, corners, score: 0.0, on: true });
+        arcs.push(Arc { joint: joints.len() - 1, span, corners, score: 0.0, on: true, bounds: [true; 2] });
         for c in ends {
             at.entry(c).or_default().retain(|r| !pair.contains(r));
         }
     }
     at.into_iter().flat_map(|(c, rs)| rs.into_iter().map(move |r| (c, r))).collect()
+}
+
+/// Switches on stretches without points that close the lines of both regions at both ends.
+fn switch_on(joints: &[Joint], arcs: &mut [Arc], at: &mut BTreeMap<usize, Vec<usize>>) {
+    let mut off: Vec<usize> = (0..arcs.len()).filter(|&k| !arcs[k].on).collect();
+    off.sort_by(|&a, &b| arcs[b].score.total_cmp(&arcs[a].score));
+    for k in off {
+        let (pair, ends) = (joints[arcs[k].joint].pair, arcs[k].corners);
+        let lacks = |c: &usize| at.get(c).is_some_and(|open| pair.iter().all(|r| open.contains(r)));
+        if ends[0] != ends[1] && ends.iter().all(lacks) {
+            (arcs[k].on, arcs[k].bounds) = (true, [true; 2]);
+            for c in ends {
+                at.entry(c).or_default().retain(|r| !pair.contains(r));
+            }
+        }
+    }
 }

@@ -41,7 +41,8 @@ struct Raster {
 }
 
 impl Raster {
-    fn count(sheet: &Sheet, places: &[Uv], spacing: f64) -> Self {
+    fn count(sheet: &Sheet, points: &[Vec3], spacing: f64) -> Self {
+        let places: Vec<Uv> = points.iter().map(|p| sheet.chart(p)).collect();
         let low: Uv = std::array::from_fn(|k| places.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
         let high: Uv = std::array::from_fn(|k| places.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
         let period = [0, 1].map(|k| sheet.period(k));
@@ -66,12 +67,12 @@ impl Raster {
             }
         }
         out.values = vec![0.0; out.size[0] * out.size[1]];
-        for p in places {
+        for (p, x) in places.iter().zip(points) {
             let at: [usize; 2] = std::array::from_fn(|k| {
                 let i = ((p[k] - out.low[k]) / out.cell[k] + 0.5).floor().max(0.0) as usize;
                 if out.wraps[k] { i % out.size[k] } else { i.min(out.size[k] - 1) }
             });
-            out.values[at[1] * out.size[0] + at[0]] += 1.0;
+            out.values[at[1] * out.size[0] + at[0]] += sheet.stretch(x);
         }
         out
     }
@@ -211,8 +212,7 @@ pub fn twice_area(places: &[Uv]) -> f64 {
 
 /// The lines around a region's points; none where they are too few to have one.
 pub fn outline(sheet: &Sheet, points: &[Vec3], spacing: f64) -> Option<Outline> {
-    let places: Vec<Uv> = points.iter().map(|p| sheet.chart(p)).collect();
-    let mut raster = Raster::count(sheet, &places, spacing);
+    let mut raster = Raster::count(sheet, points, spacing);
     raster.level()?;
     let cell = raster.cell;
     let mut loops = raster.loops();

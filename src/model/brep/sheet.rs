@@ -214,6 +214,17 @@ impl Sheet {
         }
     }
 
+    /// Area of the chart for each of the surface near a place, at most four: where a cone or a torus is narrow its chart is wide.
+    pub fn stretch(&self, x: &Vec3) -> f64 {
+        match &self.surface {
+            Surface::Cone(_) | Surface::Torus(_) => {
+                let q = self.local(x);
+                (self.scale[0] / q.x.hypot(q.y).max(1e-300)).min(4.0)
+            }
+            _ => 1.0,
+        }
+    }
+
     /// Length of the chart around each parameter; none where it does not close.
     pub fn period(&self, k: usize) -> Option<f64> {
         self.wraps[k].then_some(TAU * self.scale[k])
