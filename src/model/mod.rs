@@ -2,3 +2,6 @@
 
 pub mod brep;
 pub mod step;
+
+pub use brep::part::Source;
+pub use step::step;

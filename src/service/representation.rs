@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use super::{Answer, Document, ErrorKind, ServiceError, message::v1};
 use crate::formats::{
-    DIMENSIONS, Labelled, RegionRow, write_deviations_npy, write_labelled_ply, write_labels_npy,
-    write_points_csv, write_regions_csv,
+    DIMENSIONS, Labelled, RegionRow, region_color, write_deviations_npy, write_labelled_ply,
+    write_labels_npy, write_points_csv, write_regions_csv,
 };
+use crate::model::{self, Source};
 use crate::segment::{Region, deviations};
 
 /// A form in which a result can be told.
@@ -27,6 +28,8 @@ pub enum Representation {
     Deviations,
     /// One line a point.
     Points,
+    /// A boundary representation for CAD systems.
+    Step,
 }
 
 impl Representation {
@@ -39,11 +42,12 @@ impl Representation {
         Self::Csv,
         Self::Deviations,
         Self::Points,
+        Self::Step,
     ];
 
     /// Whether it tells of the points themselves, for which the cloud is needed.
     pub fn has_points(self) -> bool {
-        matches!(self, Self::Ply | Self::Deviations | Self::Points)
+        matches!(self, Self::Ply | Self::Deviations | Self::Points | Self::Step)
     }
 
     /// The media type it is sent under.
@@ -65,6 +69,7 @@ impl Representation {
             Self::Csv => &["text/csv"],
             Self::Deviations => &["application/vnd.conicoid.deviations+npy"],
             Self::Points => &["application/vnd.conicoid.points+csv"],
+            Self::Step => &["model/step", "application/step"],
         }
     }
 
@@ -78,12 +83,15 @@ impl Representation {
             Self::Csv => "csv",
             Self::Deviations => "deviations.npy",
             Self::Points => "points.csv",
+            Self::Step => "step",
         }
     }
 
     /// The form whose files end so, in any case.
     pub fn from_extension(extension: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|form| form.extension().eq_ignore_ascii_case(extension))
+        let is = |name: &str| name.eq_ignore_ascii_case(extension);
+        let form = Self::ALL.iter().copied().find(|form| is(form.extension()));
+        form.or_else(|| is("stp").then_some(Self::Step))
     }
 
     /// What it holds, for the reference.
@@ -112,6 +120,12 @@ impl Representation {
             Self::Points => {
                 "One line a point, in input order, under a line of names: `x`, `y`, `z`, `label`, `deviation` (the \
                  signed distance from the own surface); empty where there is none"
+            }
+            Self::Step => {
+                "STEP AP242 in millimetres: a face for each region with its exact surface, edges that neighbours share where \
+                 their surfaces meet, vertices where three do; a border without a neighbour follows the points. What closes \
+                 up is a solid; the description of each other product names the regions with an open border. Faces have \
+                 names with the size and its standard deviation, and the regions' colours"
             }
             Self::Csv => {
                 "One line a region under a line of names: `id`, `type`, `point_count`, `rms`, `max`, \
@@ -145,6 +159,7 @@ impl Representation {
                 with_deviations(&answer, |all| write_deviations_npy(&mut bytes, all.deviations))
             }
             Self::Csv => write_regions_csv(&mut bytes, &rows(&answer.document)),
+            Self::Step => return Ok(step(&answer).into_bytes()),
         };
         written.map(|()| bytes).map_err(|error: io::Error| unwritten(&error))
     }
@@ -159,6 +174,23 @@ fn with_deviations(
     let labels = document.labels();
     let deviations = deviations(cloud, labels, &document.regions);
     write(&Labelled { cloud, labels, deviations: &deviations, fields })
+}
+
+/// The STEP file of an answer.
+fn step(answer: &Answer) -> String {
+    let Answer { document, cloud, .. } = answer;
+    let labels = document.labels();
+    let stored: Vec<i32> = match &cloud.input_index {
+        Some(index) => index.iter().map(|&i| labels[i as usize]).collect(),
+        None => labels.to_vec(),
+    };
+    let source = Source {
+        points: &cloud.points,
+        labels: &stored,
+        regions: &document.regions,
+        noise: document.parameters.noise_sigma.unwrap_or(0.0),
+    };
+    model::step(&source, &document.conicoid, region_color)
 }
 
 /// Labels whose text is written at once.

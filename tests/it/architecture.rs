@@ -8,15 +8,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("formats", &["geometry"]),
     ("fit", &["geometry"]),
     ("segment", &["geometry", "fit"]),
-    ("jobs", &["geometry", "fit", "segment"]),
-    ("service", &["geometry", "formats", "fit", "segment", "jobs"]),
-    ("http", &["geometry", "formats", "fit", "segment", "jobs", "service"]),
-    ("grpc", &["geometry", "formats", "fit", "segment", "jobs", "service"]),
-    ("cli", &["geometry", "formats", "fit", "segment", "jobs", "service", "http", "grpc"]),
+    ("model", &["geometry", "fit", "segment"]),
+    ("jobs", &["geometry", "fit", "segment", "model"]),
+    ("service", &["geometry", "formats", "fit", "segment", "model", "jobs"]),
+    ("http", &["geometry", "formats", "fit", "segment", "model", "jobs", "service"]),
+    ("grpc", &["geometry", "formats", "fit", "segment", "model", "jobs", "service"]),
+    ("cli", &["geometry", "formats", "fit", "segment", "model", "jobs", "service", "http", "grpc"]),
 ];
 
 /// What the synchronous, silent modules must not touch.
-const SILENT: &[&str] = &["geometry", "formats", "fit", "segment"];
+const SILENT: &[&str] = &["geometry", "formats", "fit", "segment", "model"];
 const NOISE: &[&str] = &[
     "tokio",
     "axum",

@@ -25,6 +25,7 @@ async fn every_form_comes_from_a_request_and_from_a_job_alike() {
         "text/csv",
         "application/vnd.conicoid.deviations+npy",
         "application/vnd.conicoid.points+csv",
+        "model/step",
     ] {
         let url = running.url("/v1/segmentations?seed=1");
         let request = reqwest::Client::new().post(url).header("accept", accept);

@@ -101,7 +101,10 @@ fn tail(part: &Part, joint: &Joint, from: f64, sign: f64) -> Option<f64> {
     let end = beyond.map(|t| t * sign).fold(f64::NEG_INFINITY, f64::max) * sign;
     let length = (end - from) * sign;
     let least = TAIL * part.usual + part.smooth.get(&joint.pair).copied().unwrap_or(0.0);
-    (length.is_finite() && length > least && score(part, joint, [from.min(end), from.max(end)]).0 > 0.0).then_some(end)
+    (length.is_finite()
+        && length > least
+        && score(part, joint, [from.min(end), from.max(end)]).0 > 0.0)
+        .then_some(end)
 }
 
 /// Spacings along a stretch with neighbouring points of both regions, less those without; and which regions it bounds.
@@ -158,7 +161,11 @@ fn goes_on(part: &Part, joint: &Joint, span: [f64; 2], region: usize) -> bool {
 
 /// Switches stretches on and off until every face's edges close, at the least cost that single and double changes find.
 /// Returns the corners, with the region, at which they do not.
-pub fn settle(joints: &[Joint], arcs: &mut [Arc], is_free: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
+pub fn settle(
+    joints: &[Joint],
+    arcs: &mut [Arc],
+    is_free: impl Fn(usize) -> bool,
+) -> Vec<(usize, usize)> {
     let mut at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (k, arc) in arcs.iter().enumerate() {
         for c in arc.corners {
@@ -202,7 +209,8 @@ pub fn settle(joints: &[Joint], arcs: &mut [Arc], is_free: impl Fn(usize) -> boo
             if first < best.0 {
                 best = (first, vec![i]);
             }
-            let mut beside: Vec<usize> = arcs[i].corners.iter().flat_map(|c| at[c].iter().copied()).collect();
+            let mut beside: Vec<usize> =
+                arcs[i].corners.iter().flat_map(|c| at[c].iter().copied()).collect();
             beside.sort_unstable();
             beside.dedup();
             for &j in beside.iter().filter(|j| **j != i) {

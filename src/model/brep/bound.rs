@@ -73,11 +73,16 @@ pub fn bounded(part: &Part, edges: &[Edge], shared: &[Vec3], region: usize) -> O
 }
 
 impl Draft<'_> {
-    fn finish(mut self, chains: Vec<Chain>, apart: Option<&'static str>) -> Result<Bounded, &'static str> {
+    fn finish(
+        mut self,
+        chains: Vec<Chain>,
+        apart: Option<&'static str>,
+    ) -> Result<Bounded, &'static str> {
         let shared: Vec<(Use, [i32; 2])> = chains
             .iter()
             .flat_map(|c| {
-                let turns = if c.closed { in_chart(self.edges, &c.uses, self.sheet).1 } else { [0, 0] };
+                let turns =
+                    if c.closed { in_chart(self.edges, &c.uses, self.sheet).1 } else { [0, 0] };
                 c.uses.iter().map(move |u| (*u, turns))
             })
             .collect();
@@ -87,7 +92,8 @@ impl Draft<'_> {
         lines.extend(self.close(open, &mut used)?);
         for (k, line) in self.outline.loops.iter().enumerate() {
             if !used[k] && self.is_free(line, &shared) {
-                let pieces = around(self.sheet, line, self.outline.cell).ok_or("its outline is not simple")?;
+                let pieces = around(self.sheet, line, self.outline.cell)
+                    .ok_or("its outline is not simple")?;
                 lines.push(self.add(pieces, None));
             }
         }
@@ -98,9 +104,12 @@ impl Draft<'_> {
         };
         let bounds: Vec<Bound> = lines
             .into_iter()
-            .map(|uses| bound(uses.iter().map(|u| Use { edge: self.local(u.edge), ..*u }).collect()))
+            .map(|uses| {
+                bound(uses.iter().map(|u| Use { edge: self.local(u.edge), ..*u }).collect())
+            })
             .collect();
-        let mut faces = faces(self.region, self.sheet, bounds).ok_or("its borders do not fit together")?;
+        let mut faces =
+            faces(self.region, self.sheet, bounds).ok_or("its borders do not fit together")?;
         if apart.is_none() {
             self.check(&faces)?;
         }
@@ -152,7 +161,11 @@ impl Draft<'_> {
     }
 
     /// Joins open chains by free edges along the outline, from the end of each to the next beginning.
-    fn close(&mut self, open: Vec<Chain>, used: &mut [bool]) -> Result<Vec<Vec<Use>>, &'static str> {
+    fn close(
+        &mut self,
+        open: Vec<Chain>,
+        used: &mut [bool],
+    ) -> Result<Vec<Vec<Use>>, &'static str> {
         let vertex = |u: &Use, k: usize| self.edges[u.edge].end(u.forward, k);
         let mut ends = Vec::new();
         for chain in &open {
@@ -166,7 +179,8 @@ impl Draft<'_> {
         for (k, (_, _, end)) in ends.iter().enumerate() {
             let n = self.outline.loops[end.0].places.len();
             let way = |start: &(usize, usize)| (start.1 + n - end.1) % n;
-            let nearest = (0..open.len()).filter(|&j| ends[j].1.0 == end.0).min_by_key(|&j| way(&ends[j].1));
+            let nearest =
+                (0..open.len()).filter(|&j| ends[j].1.0 == end.0).min_by_key(|&j| way(&ends[j].1));
             next[k] = Some(nearest.ok_or("its border has a gap")?);
         }
         let mut taken = vec![false; open.len()];
@@ -193,13 +207,18 @@ impl Draft<'_> {
                 Vec::new()
             } else {
                 let places = vertices.map(|v| self.shared[v]);
-                between(self.sheet, &way, self.outline.cell, places).ok_or("its outline is not simple")?
+                between(self.sheet, &way, self.outline.cell, places)
+                    .ok_or("its outline is not simple")?
             };
             links.push((pieces, vertices));
         }
         let links: Vec<Vec<Use>> = links
             .into_iter()
-            .map(|(pieces, ends)| if pieces.is_empty() { Vec::new() } else { self.add(pieces, Some(ends)) })
+            .map(
+                |(pieces, ends)| {
+                    if pieces.is_empty() { Vec::new() } else { self.add(pieces, Some(ends)) }
+                },
+            )
             .collect();
         let mut seen = vec![false; open.len()];
         let mut lines = Vec::new();
@@ -232,7 +251,12 @@ impl Draft<'_> {
             }
         }
         let cell = a.max(b);
-        let smooth = self.part.smooth.iter().filter(|(pair, _)| pair.contains(&self.region)).map(|(_, r)| *r);
+        let smooth = self
+            .part
+            .smooth
+            .iter()
+            .filter(|(pair, _)| pair.contains(&self.region))
+            .map(|(_, r)| *r);
         let reach = NEAR + smooth.fold(0.0, f64::max) / cell;
         (best.0 <= reach).then_some(best.1)
     }
@@ -253,24 +277,33 @@ impl Draft<'_> {
         }
         let reach = 3.0 * a.max(b);
         let stride = line.places.len().div_ceil(60).max(1);
-        let few: Vec<Vec3> = line.places.iter().step_by(stride).map(|c| self.sheet.at(*c)).collect();
+        let few: Vec<Vec3> =
+            line.places.iter().step_by(stride).map(|c| self.sheet.at(*c)).collect();
         let beside = |x: &&Vec3| {
             // Lines that close around an axis stand for those of the outline that do so the same way.
-            shared.iter().filter(|(_, turns)| line.turns == [0, 0] || *turns == [0, 0] || *turns == line.turns).any(|(u, _)| {
-                let edge = &self.edges[u.edge];
-                let reach = reach + self.part.reach([edge.regions[0], edge.regions[edge.regions.len() - 1]]);
-                let (t, off) = edge.curve.locate(x);
-                let total = edge.curve.length();
-                let on = |t: f64| t > edge.span[0] - reach && t < edge.span[1] + reach;
-                off < reach && (on(t) || edge.curve.closed && on(t + total))
-            })
+            shared
+                .iter()
+                .filter(|(_, turns)| {
+                    line.turns == [0, 0] || *turns == [0, 0] || *turns == line.turns
+                })
+                .any(|(u, _)| {
+                    let edge = &self.edges[u.edge];
+                    let reach = reach
+                        + self.part.reach([edge.regions[0], edge.regions[edge.regions.len() - 1]]);
+                    let (t, off) = edge.curve.locate(x);
+                    let total = edge.curve.length();
+                    let on = |t: f64| t > edge.span[0] - reach && t < edge.span[1] + reach;
+                    off < reach && (on(t) || edge.curve.closed && on(t + total))
+                })
         };
         few.iter().filter(beside).count() * 2 < few.len()
     }
 
     /// Whether a loop is the rim of a ball's chart where all around there are points: the far end, in truth one place.
     fn is_far_end(&self, line: &Loop) -> bool {
-        let (Surface::Sphere(_) | Surface::Ellipsoid(_)) = &self.sheet.surface else { return false };
+        let (Surface::Sphere(_) | Surface::Ellipsoid(_)) = &self.sheet.surface else {
+            return false;
+        };
         let far = self.sheet.at([2.0 * self.sheet.scale[0], 0.0]);
         let most = 4.0 * self.outline.cell[0];
         line.places.iter().all(|c| (self.sheet.at(*c) - far).norm() < most)

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::arc::{arcs, settle};
-use super::corner::corners;
 use super::bound::{OWN, bounded};
+use super::corner::corners;
 use super::edge::{Edge, edges};
 use super::face::Face;
 use super::joint::joints;
@@ -42,8 +42,10 @@ impl Model {
         let odd = settle(&joints, &mut all, |c| c >= inner);
         super::mend::mend(&part, &mut joints, &mut all, &vertices, odd);
         let mut edges = edges(&joints, &all);
-        let regions: Vec<usize> = (0..part.sheets.len()).filter(|&r| part.sheets[r].is_some()).collect();
-        let all: Vec<_> = regions.par_iter().map(|&r| bounded(&part, &edges, &vertices, r)).collect();
+        let regions: Vec<usize> =
+            (0..part.sheets.len()).filter(|&r| part.sheets[r].is_some()).collect();
+        let all: Vec<_> =
+            regions.par_iter().map(|&r| bounded(&part, &edges, &vertices, r)).collect();
         let (mut faces, mut apart) = (Vec::new(), Vec::new());
         for (r, one) in regions.iter().zip(all) {
             let Some(one) = one else {

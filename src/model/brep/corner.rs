@@ -90,7 +90,9 @@ fn of_joint(
         labels.sort_unstable();
         for l in labels {
             let (a, b) = (curve.points[k], curve.points[j]);
-            let Some(sheet) = cutting(part, joints, smooth, joint.pair, l as usize, &a) else { continue };
+            let Some(sheet) = cutting(part, joints, smooth, joint.pair, l as usize, &a) else {
+                continue;
+            };
             let (va, vb) = (sheet.value(&a), sheet.value(&b));
             if (va > 0.0) == (vb > 0.0) {
                 continue;
@@ -128,16 +130,24 @@ fn root(joint: &Joint, sheet: &Sheet, k: usize, first: f64) -> Option<(f64, Vec3
     let span = high - low;
     for _ in 0..12 {
         let middle = (low + high) / 2.0;
-        if (sheet.value(&curve.at(middle)) > 0.0) == (first > 0.0) { low = middle } else { high = middle }
+        if (sheet.value(&curve.at(middle)) > 0.0) == (first > 0.0) {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     let x = curve.at((low + high) / 2.0);
-    let exact = meet_three([&curve.sheets[0], &curve.sheets[1], sheet], &x).filter(|y| (y - x).norm() < 0.1 * span);
+    let exact = meet_three([&curve.sheets[0], &curve.sheets[1], sheet], &x)
+        .filter(|y| (y - x).norm() < 0.1 * span);
     Some(((low + high) / 2.0, exact.unwrap_or(x)))
 }
 
 /// Groups of places chained by steps of at most `apart`: the group of each, and the groups' means.
 pub fn clusters(places: &[Vec3], apart: f64) -> (Vec<usize>, Vec<Vec3>) {
-    let near = super::near::Near::of(places.iter().enumerate().map(|(k, p)| (*p, k as u32)), apart.max(1e-300));
+    let near = super::near::Near::of(
+        places.iter().enumerate().map(|(k, p)| (*p, k as u32)),
+        apart.max(1e-300),
+    );
     let mut group = vec![usize::MAX; places.len()];
     let mut middles = Vec::new();
     for first in 0..places.len() {

@@ -194,7 +194,12 @@ fn half(
             continue;
         }
         let on = (start - x).dot(&d);
-        if points.len() > 3 && on > 0.0 && on <= 1.2 * h && (start - x).norm() <= 1.3 * h && e.dot(&first) > 0.5 {
+        if points.len() > 3
+            && on > 0.0
+            && on <= 1.2 * h
+            && (start - x).norm() <= 1.3 * h
+            && e.dot(&first) > 0.5
+        {
             if on < 0.2 * h && points.len() > 4 {
                 points.pop();
             }
@@ -225,7 +230,10 @@ mod tests {
     use crate::geometry::{Cylinder, Sphere, Surface};
 
     fn cylinder(axis_direction: Vec3, radius: f64) -> Sheet {
-        Sheet::new(&Surface::Cylinder(Cylinder { axis_point: Vec3::zeros(), axis_direction, radius }), &Vec3::zeros())
+        Sheet::new(
+            &Surface::Cylinder(Cylinder { axis_point: Vec3::zeros(), axis_direction, radius }),
+            &Vec3::zeros(),
+        )
     }
 
     #[test]
@@ -239,7 +247,9 @@ mod tests {
             assert!(a.value(&x).abs() < 1e-11 && b.value(&x).abs() < 1e-11 && x.z > 3.9);
         }
         // The length of (3 cos t, 3 sin t, sqrt(25 - 9 sin2 t)), by many chords.
-        let at = |t: f64| Vec3::new(3.0 * t.cos(), 3.0 * t.sin(), (25.0 - (3.0 * t.sin()).powi(2)).sqrt());
+        let at = |t: f64| {
+            Vec3::new(3.0 * t.cos(), 3.0 * t.sin(), (25.0 - (3.0 * t.sin()).powi(2)).sqrt())
+        };
         let n = 20_000;
         let true_length: f64 = (0..n)
             .map(|k| std::f64::consts::TAU / f64::from(n) * f64::from(k))
@@ -251,8 +261,12 @@ mod tests {
     #[test]
     fn a_curve_ends_where_it_is_told_to() {
         let floor = Sheet::plane(Vec3::zeros(), Vec3::z());
-        let ball = Sheet::new(&Surface::Sphere(Sphere { center: Vec3::zeros(), radius: 2.0 }), &Vec3::zeros());
-        let curve = Curve::through(&floor, &ball, Vec3::new(2.0, 0.0, 0.0), 0.5, |x| x.x > 0.0).unwrap();
+        let ball = Sheet::new(
+            &Surface::Sphere(Sphere { center: Vec3::zeros(), radius: 2.0 }),
+            &Vec3::zeros(),
+        );
+        let curve =
+            Curve::through(&floor, &ball, Vec3::new(2.0, 0.0, 0.0), 0.5, |x| x.x > 0.0).unwrap();
         assert!(!curve.closed && (curve.length() - 2.0 * std::f64::consts::PI).abs() < 0.5);
         let (t, off) = curve.locate(&Vec3::new(2.1, 0.0, 0.0));
         assert!((off - 0.1).abs() < 1e-9 && (curve.at(t) - Vec3::new(2.0, 0.0, 0.0)).norm() < 1e-9);

@@ -94,7 +94,8 @@ pub fn edges(joints: &[Joint], arcs: &[Arc]) -> Vec<Edge> {
     let mut from = 0;
     while from < arcs.len() {
         let joint = arcs[from].joint;
-        let to = arcs[from..].iter().position(|a| a.joint != joint).map_or(arcs.len(), |k| from + k);
+        let to =
+            arcs[from..].iter().position(|a| a.joint != joint).map_or(arcs.len(), |k| from + k);
         let mut own: Vec<Arc> = arcs[from..to].iter().filter(|a| a.on).copied().collect();
         own.sort_by(|a, b| a.span[0].total_cmp(&b.span[0]));
         out.extend(joined(&own, &joints[joint], &degree));
@@ -108,7 +109,12 @@ fn joined(arcs: &[Arc], joint: &Joint, degree: &BTreeMap<usize, usize>) -> Vec<E
     let passes = |c: usize| degree.get(&c) == Some(&2);
     for arc in arcs {
         match runs.last_mut() {
-            Some(last) if last.corners[1] == arc.corners[0] && passes(arc.corners[0]) && last.bounds == arc.bounds && last.corners[0] != last.corners[1] => {
+            Some(last)
+                if last.corners[1] == arc.corners[0]
+                    && passes(arc.corners[0])
+                    && last.bounds == arc.bounds
+                    && last.corners[0] != last.corners[1] =>
+            {
                 last.span[1] = arc.span[1];
                 last.corners[1] = arc.corners[1];
             }
@@ -118,7 +124,10 @@ fn joined(arcs: &[Arc], joint: &Joint, degree: &BTreeMap<usize, usize>) -> Vec<E
     // Over the first point of a closed curve.
     if runs.len() > 1 && joint.curve.closed {
         let (first, last) = (runs[0], runs[runs.len() - 1]);
-        if last.corners[1] == first.corners[0] && passes(first.corners[0]) && first.bounds == last.bounds {
+        if last.corners[1] == first.corners[0]
+            && passes(first.corners[0])
+            && first.bounds == last.bounds
+        {
             let total = joint.curve.length();
             runs.pop();
             runs[0].span = [last.span[0], first.span[1] + total];
@@ -146,7 +155,8 @@ pub struct Chain {
 /// The chains that edges make around a region's faces, which lie on the left of each.
 pub fn chains(part: &Part, edges: &[Edge], region: usize, sheet: &Sheet) -> Vec<Chain> {
     let own = edges.iter().enumerate().filter(|(_, e)| e.regions.contains(&region));
-    let mut uses: Vec<Use> = own.map(|(k, e)| Use { edge: k, forward: e.has_left(part, region, sheet) }).collect();
+    let mut uses: Vec<Use> =
+        own.map(|(k, e)| Use { edge: k, forward: e.has_left(part, region, sheet) }).collect();
     let mut out = Vec::new();
     // Those that close by themselves.
     uses.retain(|u| {
@@ -170,7 +180,9 @@ pub fn chains(part: &Part, edges: &[Edge], region: usize, sheet: &Sheet) -> Vec<
             let normal = sheet.normal(&place);
             let back = -arriving;
             // Clockwise from the way back to the way on.
-            (-normal.dot(&back.cross(&leaving))).atan2(back.dot(&leaving)).rem_euclid(std::f64::consts::TAU)
+            (-normal.dot(&back.cross(&leaving)))
+                .atan2(back.dot(&leaving))
+                .rem_euclid(std::f64::consts::TAU)
         };
         let mut sorted: Vec<(f64, usize)> = candidates.map(|j| (turn(j), j)).collect();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -45,7 +45,10 @@ impl Bound {
         let period = |k: usize| std::f64::consts::TAU * sheet.scale[k];
         rounds(0).any(|i| {
             rounds(1).any(|j| {
-                is_within(&self.places, &[c[0] + f64::from(i) * period(0), c[1] + f64::from(j) * period(1)])
+                is_within(
+                    &self.places,
+                    &[c[0] + f64::from(i) * period(0), c[1] + f64::from(j) * period(1)],
+                )
             })
         })
     }
@@ -71,7 +74,8 @@ impl Bound {
 pub fn is_within(polygon: &[Uv], c: &Uv) -> bool {
     let next = polygon.iter().cycle().skip(1);
     let crosses = |(a, b): &(&Uv, &Uv)| {
-        (a[1] > c[1]) != (b[1] > c[1]) && c[0] < a[0] + (c[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+        (a[1] > c[1]) != (b[1] > c[1])
+            && c[0] < a[0] + (c[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
     };
     polygon.iter().zip(next).filter(crosses).count() % 2 == 1
 }
@@ -79,7 +83,8 @@ pub fn is_within(polygon: &[Uv], c: &Uv) -> bool {
 /// The faces that a region's lines bound; none where they do not fit together.
 pub fn faces(region: usize, sheet: &Sheet, bounds: Vec<Bound>) -> Option<Vec<Face>> {
     let whole = matches!(sheet.surface, Surface::Sphere(_) | Surface::Ellipsoid(_));
-    let face = |bounds: Vec<Bound>, has_outer: bool| Face { region, bounds, has_outer, flipped: false };
+    let face =
+        |bounds: Vec<Bound>, has_outer: bool| Face { region, bounds, has_outer, flipped: false };
     let (winding, others): (Vec<Bound>, Vec<Bound>) = bounds.into_iter().partition(Bound::winds);
     let (outer, holes): (Vec<Bound>, Vec<Bound>) = others.into_iter().partition(Bound::is_outer);
     let mut out: Vec<Face> = bands(sheet, winding)?.into_iter().map(|b| face(b, false)).collect();
@@ -89,7 +94,8 @@ pub fn faces(region: usize, sheet: &Sheet, bounds: Vec<Bound>) -> Option<Vec<Fac
         let c = hole.places[0];
         let size = |f: &Face| twice_area(&f.bounds[0].places);
         let around = |f: &&mut Face| f.bounds[0].is_around(sheet, &c);
-        let smallest = out[banded..].iter_mut().filter(around).min_by(|a, b| size(a).total_cmp(&size(b)));
+        let smallest =
+            out[banded..].iter_mut().filter(around).min_by(|a, b| size(a).total_cmp(&size(b)));
         match smallest {
             Some(f) => f.bounds.push(hole),
             None => {

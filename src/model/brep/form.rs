@@ -127,8 +127,22 @@ mod tests {
         let tilted = Vec3::new(0.0, 0.6, 0.8);
         let cases = [
             (Surface::Sphere(Sphere { center: Vec3::zeros(), radius: 5.0 }), [4.0, 4.0]),
-            (Surface::Cylinder(Cylinder { axis_point: Vec3::zeros(), axis_direction: z, radius: 4.0 }), [5.0, 4.0]),
-            (Surface::Cone(Cone { apex: Vec3::new(0.0, 0.0, -9.0), axis_direction: z, half_angle: 0.3 }), [0.0, 0.0]),
+            (
+                Surface::Cylinder(Cylinder {
+                    axis_point: Vec3::zeros(),
+                    axis_direction: z,
+                    radius: 4.0,
+                }),
+                [5.0, 4.0],
+            ),
+            (
+                Surface::Cone(Cone {
+                    apex: Vec3::new(0.0, 0.0, -9.0),
+                    axis_direction: z,
+                    half_angle: 0.3,
+                }),
+                [0.0, 0.0],
+            ),
             (
                 Surface::Ellipsoid(Ellipsoid {
                     center: Vec3::zeros(),
@@ -146,10 +160,18 @@ mod tests {
             // `form` has compared it with every point.
             let Form::Ellipse { semi_axes, .. } = curve.form else { panic!("{surface:?}") };
             if expected[0] > 0.0 {
-                assert!((semi_axes[0] - expected[0]).abs() < 1e-9 && (semi_axes[1] - expected[1]).abs() < 1e-9);
+                assert!(
+                    (semi_axes[0] - expected[0]).abs() < 1e-9
+                        && (semi_axes[1] - expected[1]).abs() < 1e-9
+                );
             }
         }
-        let ring = Torus { center: Vec3::zeros(), axis_direction: z, major_radius: 6.0, minor_radius: 2.0 };
+        let ring = Torus {
+            center: Vec3::zeros(),
+            axis_direction: z,
+            major_radius: 6.0,
+            minor_radius: 2.0,
+        };
         let (a, b) = (Sheet::new(&Surface::Torus(ring), &Vec3::zeros()), Sheet::plane(z, z));
         let start = meet(&a, &b, &Vec3::new(7.0, 0.0, 1.0)).unwrap();
         assert_eq!(Curve::through(&a, &b, start, 1.0, |_| true).unwrap().form, Form::Free);

@@ -48,7 +48,8 @@ pub fn around(sheet: &Sheet, line: &Loop, cell: Uv) -> Option<Vec<Piece>> {
         return None;
     }
     // From the corner furthest out on, so that it is a corner.
-    let middle: Uv = std::array::from_fn(|k| line.places.iter().map(|p| p[k]).sum::<f64>() / n as f64);
+    let middle: Uv =
+        std::array::from_fn(|k| line.places.iter().map(|p| p[k]).sum::<f64>() / n as f64);
     let out = |p: &Uv| (p[0] - middle[0]).hypot(p[1] - middle[1]);
     let start = (0..n).max_by(|&a, &b| out(&line.places[a]).total_cmp(&out(&line.places[b])))?;
     let closed: Vec<Uv> = (0..=n).map(|k| line.places[(start + k) % n]).collect();
@@ -67,7 +68,8 @@ fn level(sheet: &Sheet, line: &Loop, cell: Uv) -> Option<Piece> {
         return None;
     }
     let heights = || line.places.iter().map(|p| p[1 - k]);
-    let (low, high) = heights().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
+    let (low, high) =
+        heights().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
     if high - low > LEVEL * cell[1 - k] {
         return None;
     }
@@ -160,7 +162,13 @@ fn straightened(sheet: &Sheet, line: &[Uv], kept: &[usize], cell: Uv, fixed: boo
     let side = |s: usize| -> Option<(usize, f64)> {
         let (a, b) = (line[kept[s]], line[kept[s + 1]]);
         let (du, dv) = ((b[0] - a[0]).abs() / cell[0], (b[1] - a[1]).abs() / cell[1]);
-        let k = if dv <= ALONG * du { 1 } else if du <= ALONG * dv { 0 } else { return None };
+        let k = if dv <= ALONG * du {
+            1
+        } else if du <= ALONG * dv {
+            0
+        } else {
+            return None;
+        };
         let inner = &line[kept[s]..=kept[s + 1]];
         // Without what is rounded at its ends.
         let from = inner.len() / 6;
@@ -194,7 +202,9 @@ fn straightened(sheet: &Sheet, line: &[Uv], kept: &[usize], cell: Uv, fixed: boo
 fn pieces(sheet: &Sheet, corners: &[Uv], ends: Option<[Vec3; 2]>) -> Option<Vec<Piece>> {
     let mut stops: Vec<Uv> = Vec::new();
     for pair in corners.windows(2) {
-        let turn = (0..2).filter(|&k| sheet.angular()[k]).map(|k| ((pair[1][k] - pair[0][k]) / sheet.scale[k]).abs());
+        let turn = (0..2)
+            .filter(|&k| sheet.angular()[k])
+            .map(|k| ((pair[1][k] - pair[0][k]) / sheet.scale[k]).abs());
         let length = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
         if length < 1e-9 {
             continue;
@@ -206,7 +216,10 @@ fn pieces(sheet: &Sheet, corners: &[Uv], ends: Option<[Vec3; 2]>) -> Option<Vec<
         let parts = (round / MOST_TURN).ceil().max(1.0) as usize;
         for k in 0..parts {
             let t = k as f64 / parts as f64;
-            stops.push([pair[0][0] + t * (pair[1][0] - pair[0][0]), pair[0][1] + t * (pair[1][1] - pair[0][1])]);
+            stops.push([
+                pair[0][0] + t * (pair[1][0] - pair[0][0]),
+                pair[0][1] + t * (pair[1][1] - pair[0][1]),
+            ]);
         }
     }
     stops.push(*corners.last()?);
@@ -218,7 +231,8 @@ fn pieces(sheet: &Sheet, corners: &[Uv], ends: Option<[Vec3; 2]>) -> Option<Vec<
     }
     let mut out = Vec::new();
     for k in 0..n {
-        let level = (0..2).find(|&j| sheet.angular()[j] && (stops[k][1 - j] - stops[k + 1][1 - j]).abs() < 1e-9);
+        let level = (0..2)
+            .find(|&j| sheet.angular()[j] && (stops[k][1 - j] - stops[k + 1][1 - j]).abs() < 1e-9);
         out.push(section(sheet, [places[k], places[k + 1]], level)?);
     }
     (!out.is_empty()).then_some(out)
@@ -244,8 +258,8 @@ fn section(sheet: &Sheet, ends: [Vec3; 2], level: Option<usize>) -> Option<Piece
         .collect();
     let points = points?;
     // Steps forth only: else the surface turns more than a plane can follow.
-    points.windows(2).all(|p| (p[1] - p[0]).dot(&chord) > 0.0).then(|| Piece {
-        curve: Curve::of([*sheet, across], points, false),
-        ends,
-    })
+    points
+        .windows(2)
+        .all(|p| (p[1] - p[0]).dot(&chord) > 0.0)
+        .then(|| Piece { curve: Curve::of([*sheet, across], points, false), ends })
 }

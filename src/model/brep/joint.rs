@@ -49,7 +49,9 @@ fn borders(part: &Part) -> Vec<([usize; 2], Vec<Vec3>)> {
             true
         });
         let own = *label;
-        nearest.into_iter().map(move |(l, _, q)| ([own.min(l) as usize, own.max(l) as usize], (p + q) / 2.0))
+        nearest
+            .into_iter()
+            .map(move |(l, _, q)| ([own.min(l) as usize, own.max(l) as usize], (p + q) / 2.0))
     });
     let mut all: Vec<([usize; 2], Vec3)> = found.collect();
     all.sort_by_key(|a| a.0);
@@ -62,7 +64,10 @@ fn borders(part: &Part) -> Vec<([usize; 2], Vec<Vec3>)> {
 
 /// All curves along which regions may meet.
 pub fn joints(part: &Part) -> Vec<Joint> {
-    borders(part).into_par_iter().flat_map_iter(|(pair, middles)| of_pair(part, pair, &middles)).collect()
+    borders(part)
+        .into_par_iter()
+        .flat_map_iter(|(pair, middles)| of_pair(part, pair, &middles))
+        .collect()
 }
 
 fn of_pair(part: &Part, pair: [usize; 2], middles: &[Vec3]) -> Vec<Joint> {
@@ -132,7 +137,8 @@ fn meeting(
         let most = (6.0 * part.noise).max(0.1 * part.usual);
         (gap <= most && sine(&x) < SMOOTH_SINE).then_some(([f, g], x, true))
     });
-    touching.or_else(|| crossing.filter(|x| sine(x) > 2.0 * LEAST_SINE).map(|x| ([*a, *b], x, false)))
+    touching
+        .or_else(|| crossing.filter(|x| sine(x) > 2.0 * LEAST_SINE).map(|x| ([*a, *b], x, false)))
 }
 
 /// The joint of two regions through two places, and where these are along its curve.

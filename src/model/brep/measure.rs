@@ -42,7 +42,9 @@ pub fn measure(sheet: &Sheet, edges: &[Edge], face: &Face) -> Measure {
             let area = integral(sheet, &lines, false, |_, h| s.radius * h);
             (area, area * s.radius)
         }
-        Surface::Cone(s) => (integral(sheet, &lines, false, |_, v| 0.5 * v * v * s.half_angle.sin()), 0.0),
+        Surface::Cone(s) => {
+            (integral(sheet, &lines, false, |_, v| 0.5 * v * v * s.half_angle.sin()), 0.0)
+        }
         Surface::EllipticCylinder(s) => {
             let [a, b] = s.semi_axes;
             let area = integral(sheet, &lines, false, |u, h| h * (a * u.sin()).hypot(b * u.cos()));
@@ -63,10 +65,19 @@ pub fn measure(sheet: &Sheet, edges: &[Edge], face: &Face) -> Measure {
                 (whole * r * t, whole * r * t * t * 1.5)
             } else if around_tube {
                 let area = integral(sheet, &lines, true, |u, v| u * t * (r + t * v.cos()));
-                (area, integral(sheet, &lines, true, |u, v| u * t * (r + t * v.cos()) * (r * v.cos() + t)))
+                (
+                    area,
+                    integral(sheet, &lines, true, |u, v| {
+                        u * t * (r + t * v.cos()) * (r * v.cos() + t)
+                    }),
+                )
             } else {
                 let area = integral(sheet, &lines, false, |_, v| t * (r * v + t * v.sin()));
-                let own = |v: f64| r * t * v + (r * r + t * t) * v.sin() + r * t * (v / 2.0 + (2.0 * v).sin() / 4.0);
+                let own = |v: f64| {
+                    r * t * v
+                        + (r * r + t * t) * v.sin()
+                        + r * t * (v / 2.0 + (2.0 * v).sin() / 4.0)
+                };
                 (area, integral(sheet, &lines, false, |_, v| t * own(v)))
             }
         }
@@ -140,7 +151,9 @@ fn ellipsoid_area(sheet: &Sheet, face: &Face) -> f64 {
             let x = sheet.at(c);
             // The area of the surface for each of the unit sphere's: abc |A^-1 n|.
             let unit = sheet.on_unit(&x);
-            let stretch: f64 = (0..3).map(|k| (unit.dot(&s.semi_axis_directions[k]) / s.semi_axes[k]).powi(2)).sum();
+            let stretch: f64 = (0..3)
+                .map(|k| (unit.dot(&s.semi_axis_directions[k]) / s.semi_axes[k]).powi(2))
+                .sum();
             sum += stretch.sqrt() * s.semi_axes.iter().product::<f64>();
         }
     }

@@ -29,12 +29,15 @@ pub fn mend(
     for (k, &a) in corners.iter().enumerate() {
         for &b in &corners[k + 1..] {
             let length = (places[a] - places[b]).norm();
-            let common: Vec<usize> = at[&a].iter().filter(|r| at[&b].contains(r)).copied().collect();
+            let common: Vec<usize> =
+                at[&a].iter().filter(|r| at[&b].contains(r)).copied().collect();
             if length > LONGEST * part.usual {
                 continue;
             }
             for (i, &r) in common.iter().enumerate() {
-                pairs.extend(common[i + 1..].iter().map(|&s| (length, [r.min(s), r.max(s)], [a, b])));
+                pairs.extend(
+                    common[i + 1..].iter().map(|&s| (length, [r.min(s), r.max(s)], [a, b])),
+                );
             }
         }
     }
@@ -46,8 +49,19 @@ pub fn mend(
         }
         let Some((joint, span)) = through(part, pair, ends.map(|c| places[c])) else { continue };
         joints.push(joint);
-        let (corners, span) = if span[0] <= span[1] { (ends, span) } else { ([ends[1], ends[0]], [span[1], span[0]]) };
-        arcs.push(Arc { joint: joints.len() - 1, span, corners, score: 0.0, on: true, bounds: [true; 2] });
+        let (corners, span) = if span[0] <= span[1] {
+            (ends, span)
+        } else {
+            ([ends[1], ends[0]], [span[1], span[0]])
+        };
+        arcs.push(Arc {
+            joint: joints.len() - 1,
+            span,
+            corners,
+            score: 0.0,
+            on: true,
+            bounds: [true; 2],
+        });
         for c in ends {
             at.entry(c).or_default().retain(|r| !pair.contains(r));
         }

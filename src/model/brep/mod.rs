@@ -15,6 +15,6 @@ pub mod mend;
 pub mod near;
 pub mod outline;
 pub mod part;
-pub mod shell;
 pub mod sheet;
+pub mod shell;
 pub mod smooth;

@@ -35,7 +35,8 @@ impl Near {
 
     /// Calls `with` for every point within `radius` of `x`: squared distance, point, label. It stops where `with` says so.
     pub fn within(&self, x: &Vec3, radius: f64, mut with: impl FnMut(f64, &Vec3, u32) -> bool) {
-        let (low, high) = (key(&x.add_scalar(-radius), self.side), key(&x.add_scalar(radius), self.side));
+        let (low, high) =
+            (key(&x.add_scalar(-radius), self.side), key(&x.add_scalar(radius), self.side));
         for i in low[0]..=high[0] {
             for j in low[1]..=high[1] {
                 for k in low[2]..=high[2] {

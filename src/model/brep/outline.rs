@@ -43,11 +43,14 @@ struct Raster {
 impl Raster {
     fn count(sheet: &Sheet, points: &[Vec3], spacing: f64) -> Self {
         let places: Vec<Uv> = points.iter().map(|p| sheet.chart(p)).collect();
-        let low: Uv = std::array::from_fn(|k| places.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
-        let high: Uv = std::array::from_fn(|k| places.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
+        let low: Uv =
+            std::array::from_fn(|k| places.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
+        let high: Uv =
+            std::array::from_fn(|k| places.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
         let period = [0, 1].map(|k| sheet.period(k));
         let extent: Uv = std::array::from_fn(|k| period[k].unwrap_or(high[k] - low[k]));
-        let wanted: Uv = std::array::from_fn(|k| (CELL * spacing).max(extent[k] / MOST_CELLS).max(1e-300));
+        let wanted: Uv =
+            std::array::from_fn(|k| (CELL * spacing).max(extent[k] / MOST_CELLS).max(1e-300));
         let mut out = Self {
             size: [0; 2],
             wraps: [period[0].is_some(), period[1].is_some()],
@@ -82,7 +85,11 @@ impl Raster {
         let go = |at: usize, by: i64, k: usize| -> Option<usize> {
             let to = at as i64 + by;
             let n = self.size[k] as i64;
-            if self.wraps[k] { Some(to.rem_euclid(n) as usize) } else { (0..n).contains(&to).then_some(to as usize) }
+            if self.wraps[k] {
+                Some(to.rem_euclid(n) as usize)
+            } else {
+                (0..n).contains(&to).then_some(to as usize)
+            }
         };
         Some(go(j, dj, 1)? * self.size[0] + go(i, di, 0)?)
     }
@@ -127,7 +134,9 @@ impl Raster {
 
     /// A corner of the grid within it.
     fn wrapped(&self, c: [i64; 2]) -> [i64; 2] {
-        std::array::from_fn(|k| if self.wraps[k] { c[k].rem_euclid(self.size[k] as i64) } else { c[k] })
+        std::array::from_fn(
+            |k| if self.wraps[k] { c[k].rem_euclid(self.size[k] as i64) } else { c[k] },
+        )
     }
 
     /// Marching squares: the lines of level nought, higher values on the left.
@@ -139,7 +148,8 @@ impl Raster {
         let last = |k: usize| self.size[k] as i64 - i64::from(!self.wraps[k]);
         for j in 0..last(1) {
             for i in 0..last(0) {
-                let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|c| self.value(c));
+                let corners =
+                    [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|c| self.value(c));
                 let side = |k: u8| match k {
                     0 => ([i, j], false),
                     1 => ([i + 1, j], true),
@@ -175,7 +185,8 @@ impl Raster {
 
     /// Where a line crosses the side that begins at a corner.
     fn place(&self, c: [i64; 2], up: bool) -> Uv {
-        let (a, b) = (self.value(c), self.value(if up { [c[0], c[1] + 1] } else { [c[0] + 1, c[1]] }));
+        let (a, b) =
+            (self.value(c), self.value(if up { [c[0], c[1] + 1] } else { [c[0] + 1, c[1]] }));
         let t = a / (a - b);
         let at = if up { [c[0] as f64, c[1] as f64 + t] } else { [c[0] as f64 + t, c[1] as f64] };
         std::array::from_fn(|k| self.low[k] + at[k] * self.cell[k])
@@ -188,8 +199,10 @@ fn crossings(corners: [f64; 4]) -> Vec<(u8, u8)> {
     let inside = corners.map(|v| v >= 0.0);
     let mean = corners.iter().sum::<f64>() >= 0.0;
     // A line enters through a side whose first end, going counter-clockwise, is inside and whose second is not.
-    let enters: Vec<u8> = (0..4u8).filter(|&k| inside[k as usize] && !inside[(k as usize + 1) % 4]).collect();
-    let leaves: Vec<u8> = (0..4u8).filter(|&k| !inside[k as usize] && inside[(k as usize + 1) % 4]).collect();
+    let enters: Vec<u8> =
+        (0..4u8).filter(|&k| inside[k as usize] && !inside[(k as usize + 1) % 4]).collect();
+    let leaves: Vec<u8> =
+        (0..4u8).filter(|&k| !inside[k as usize] && inside[(k as usize + 1) % 4]).collect();
     match (enters.len(), mean) {
         (0, _) => Vec::new(),
         (1, _) => vec![(enters[0], leaves[0])],
@@ -216,7 +229,9 @@ pub fn outline(sheet: &Sheet, points: &[Vec3], spacing: f64) -> Option<Outline> 
     raster.level()?;
     let cell = raster.cell;
     let mut loops = raster.loops();
-    loops.retain(|l| l.turns != [0, 0] || twice_area(&l.places).abs() > 2.0 * LEAST_CELLS * cell[0] * cell[1]);
+    loops.retain(|l| {
+        l.turns != [0, 0] || twice_area(&l.places).abs() > 2.0 * LEAST_CELLS * cell[0] * cell[1]
+    });
     let area = raster.values.iter().filter(|v| **v >= 0.0).count() as f64 * cell[0] * cell[1];
     Some(Outline { loops, cell, area })
 }
@@ -229,7 +244,11 @@ mod tests {
     #[test]
     fn a_pipe_with_a_window_has_two_ends_that_go_round_and_a_hole() {
         let c = Cylinder { axis_point: Vec3::zeros(), axis_direction: Vec3::z(), radius: 5.0 };
-        let sheet = Sheet { scale: [5.0, 1.0], wraps: [true, false], ..Sheet::new(&Surface::Cylinder(c), &Vec3::zeros()) };
+        let sheet = Sheet {
+            scale: [5.0, 1.0],
+            wraps: [true, false],
+            ..Sheet::new(&Surface::Cylinder(c), &Vec3::zeros())
+        };
         let mut points = Vec::new();
         for i in 0..200 {
             for j in 0..80 {

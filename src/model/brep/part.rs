@@ -79,7 +79,16 @@ impl Part {
         let labelled = points.iter().enumerate().filter(|(l, _)| sheets[*l].is_some());
         let all = labelled.flat_map(|(l, p)| p.iter().map(move |p| (*p, l as u32)));
         let near = Near::of(all, 3.0 * usual);
-        Self { centre, sheets, spacing, usual, near, smooth: smooth(source.regions), noise: source.noise, points }
+        Self {
+            centre,
+            sheets,
+            spacing,
+            usual,
+            near,
+            smooth: smooth(source.regions),
+            noise: source.noise,
+            points,
+        }
     }
 
     /// How far beyond the border between two regions points of either are looked for.
@@ -119,7 +128,8 @@ fn spacing(points: &[Vec3]) -> f64 {
 }
 
 fn weighted_median(spacing: &[f64], points: &[Vec<Vec3>]) -> f64 {
-    let mut all: Vec<(f64, usize)> = spacing.iter().copied().zip(points.iter().map(Vec::len)).collect();
+    let mut all: Vec<(f64, usize)> =
+        spacing.iter().copied().zip(points.iter().map(Vec::len)).collect();
     all.retain(|(s, _)| *s > 0.0);
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = all.iter().map(|a| a.1).sum::<usize>() / 2;
@@ -141,7 +151,8 @@ fn charted(mut sheet: Sheet, points: &[Vec3], spacing: f64) -> Sheet {
             let (w, radius) = match &sheet.surface {
                 Surface::Sphere(s) => (toward((mean - s.center) / s.radius), s.radius),
                 Surface::Ellipsoid(s) => {
-                    let unit = points.iter().map(|p| sheet.on_unit(p)).sum::<Vec3>() / points.len() as f64;
+                    let unit =
+                        points.iter().map(|p| sheet.on_unit(p)).sum::<Vec3>() / points.len() as f64;
                     (toward(unit), s.semi_axes[1])
                 }
                 _ => (Vec3::z(), 1.0),
@@ -152,7 +163,9 @@ fn charted(mut sheet: Sheet, points: &[Vec3], spacing: f64) -> Sheet {
             return sheet;
         }
         Surface::Cylinder(s) => sheet.scale = [s.radius, 1.0],
-        Surface::EllipticCylinder(s) => sheet.scale = [(s.semi_axes[0] + s.semi_axes[1]) / 2.0, 1.0],
+        Surface::EllipticCylinder(s) => {
+            sheet.scale = [(s.semi_axes[0] + s.semi_axes[1]) / 2.0, 1.0]
+        }
         Surface::Cone(s) => {
             let away = points.iter().map(|p| (p - s.apex).dot(&s.axis_direction)).sum::<f64>();
             let radius = (away / points.len() as f64).abs() * s.half_angle.tan();

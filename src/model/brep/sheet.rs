@@ -184,14 +184,18 @@ impl Sheet {
     pub fn on_unit(&self, x: &Vec3) -> Vec3 {
         let Surface::Ellipsoid(s) = &self.surface else { return x - self.origin };
         let d = x - s.center;
-        let along = |k: usize| s.semi_axis_directions[k] * (d.dot(&s.semi_axis_directions[k]) / s.semi_axes[k]);
+        let along = |k: usize| {
+            s.semi_axis_directions[k] * (d.dot(&s.semi_axis_directions[k]) / s.semi_axes[k])
+        };
         along(0) + along(1) + along(2)
     }
 
     /// The place that [`Self::on_unit`] takes there.
     pub fn from_unit(&self, y: &Vec3) -> Vec3 {
         let Surface::Ellipsoid(s) = &self.surface else { return y + self.origin };
-        let along = |k: usize| s.semi_axis_directions[k] * (y.dot(&s.semi_axis_directions[k]) * s.semi_axes[k]);
+        let along = |k: usize| {
+            s.semi_axis_directions[k] * (y.dot(&s.semi_axis_directions[k]) * s.semi_axes[k])
+        };
         s.center + along(0) + along(1) + along(2)
     }
 
@@ -200,7 +204,11 @@ impl Sheet {
         let p = self.parameters(x);
         let angular = self.angular();
         std::array::from_fn(|k| {
-            let t = if angular[k] { (p[k] - self.start[k]).rem_euclid(TAU) } else { p[k] - self.start[k] };
+            let t = if angular[k] {
+                (p[k] - self.start[k]).rem_euclid(TAU)
+            } else {
+                p[k] - self.start[k]
+            };
             t * self.scale[k]
         })
     }
@@ -237,7 +245,9 @@ impl Sheet {
         let q = match &self.surface {
             Surface::Plane(_) => Vec3::new(u, v, 0.0),
             Surface::Cylinder(s) => Vec3::new(s.radius * cos, s.radius * sin, v),
-            Surface::EllipticCylinder(s) => Vec3::new(s.semi_axes[0] * cos, s.semi_axes[1] * sin, v),
+            Surface::EllipticCylinder(s) => {
+                Vec3::new(s.semi_axes[0] * cos, s.semi_axes[1] * sin, v)
+            }
             Surface::Cone(s) => {
                 let (a, b) = s.half_angle.sin_cos();
                 Vec3::new(v * a * cos, v * a * sin, v * b)
@@ -316,21 +326,36 @@ mod tests {
                 semi_axes: [5.0, 4.0, 3.0],
                 semi_axis_directions: [u, v, w],
             }),
-            Surface::Torus(Torus { center: c, axis_direction: w, major_radius: 6.0, minor_radius: 2.0 }),
+            Surface::Torus(Torus {
+                center: c,
+                axis_direction: w,
+                major_radius: 6.0,
+                minor_radius: 2.0,
+            }),
         ];
         for surface in surfaces {
-            let sheet = Sheet { scale: [1.5, 0.7], start: [0.3, 0.2], ..Sheet::new(&surface, &Vec3::new(1.0, 1.0, 1.0)) };
+            let sheet = Sheet {
+                scale: [1.5, 0.7],
+                start: [0.3, 0.2],
+                ..Sheet::new(&surface, &Vec3::new(1.0, 1.0, 1.0))
+            };
             let p = [0.9, 0.4];
             let x = sheet.at(p);
             assert!(sheet.value(&x).abs() < 1e-12, "{surface:?}");
             let back = sheet.chart(&x);
-            assert!((back[0] - p[0]).abs() + (back[1] - p[1]).abs() < 1e-12, "{surface:?} {back:?}");
+            assert!(
+                (back[0] - p[0]).abs() + (back[1] - p[1]).abs() < 1e-12,
+                "{surface:?} {back:?}"
+            );
             let h = 1e-6;
             let (du, dv) = (sheet.at([p[0] + h, p[1]]) - x, sheet.at([p[0], p[1] + h]) - x);
             let normal = du.cross(&dv).normalize();
             assert!((normal - sheet.normal(&x)).norm() < 1e-4, "{surface:?}");
             let off = x + normal * 0.01;
-            assert!((sheet.value(&off) - 0.01).abs() < 1e-4 && sheet.value(&sheet.foot(&off)).abs() < 1e-13);
+            assert!(
+                (sheet.value(&off) - 0.01).abs() < 1e-4
+                    && sheet.value(&sheet.foot(&off)).abs() < 1e-13
+            );
         }
     }
 }

@@ -32,7 +32,12 @@ fn uses(faces: &[Face]) -> BTreeMap<usize, Vec<(usize, bool)>> {
 
 /// Groups faces into shells and turns each face's normal outward. An edge that two faces use so that no normal fits both is
 /// doubled: they then have one each.
-pub fn shells(regions: &[Region], part: &Part, edges: &mut Vec<Edge>, faces: &mut [Face]) -> Vec<Shell> {
+pub fn shells(
+    regions: &[Region],
+    part: &Part,
+    edges: &mut Vec<Edge>,
+    faces: &mut [Face],
+) -> Vec<Shell> {
     let mut of = vec![usize::MAX; faces.len()];
     let mut groups: Vec<Vec<usize>> = Vec::new();
     loop {
@@ -50,10 +55,14 @@ pub fn shells(regions: &[Region], part: &Part, edges: &mut Vec<Edge>, faces: &mu
             while next < group.len() {
                 let k = group[next];
                 next += 1;
-                let own: Vec<(usize, bool)> =
-                    faces[k].bounds.iter().flat_map(|b| b.uses.iter().map(|u| (u.edge, u.forward))).collect();
+                let own: Vec<(usize, bool)> = faces[k]
+                    .bounds
+                    .iter()
+                    .flat_map(|b| b.uses.iter().map(|u| (u.edge, u.forward)))
+                    .collect();
                 for (edge, forward) in own {
-                    for &(other, way) in uses.get(&edge).into_iter().flatten().filter(|o| o.0 != k) {
+                    for &(other, way) in uses.get(&edge).into_iter().flatten().filter(|o| o.0 != k)
+                    {
                         let flipped = faces[k].flipped ^ (way == forward);
                         if of[other] == usize::MAX {
                             (of[other], faces[other].flipped) = (id, flipped);
@@ -94,16 +103,23 @@ fn finished(
     group: Vec<usize>,
 ) -> Shell {
     let is_open = |f: &usize| {
-        faces[*f].bounds.iter().flat_map(|b| &b.uses).any(|u| uses.get(&u.edge).map_or(0, Vec::len) != 2)
+        faces[*f]
+            .bounds
+            .iter()
+            .flat_map(|b| &b.uses)
+            .any(|u| uses.get(&u.edge).map_or(0, Vec::len) != 2)
     };
-    let mut open: Vec<usize> = group.iter().filter(|f| is_open(f)).map(|f| faces[*f].region).collect();
+    let mut open: Vec<usize> =
+        group.iter().filter(|f| is_open(f)).map(|f| faces[*f].region).collect();
     open.sort_unstable();
     open.dedup();
     let closed = open.is_empty();
     let sign = |f: &usize| if faces[*f].flipped { -1.0 } else { 1.0 };
     let outward: f64 = if closed {
         let volume = |f: &usize| {
-            part.sheets[faces[*f].region].as_ref().map_or(0.0, |s| measure(s, edges, &faces[*f]).volume)
+            part.sheets[faces[*f].region]
+                .as_ref()
+                .map_or(0.0, |s| measure(s, edges, &faces[*f]).volume)
         };
         group.iter().map(|f| sign(f) * volume(f)).sum()
     } else {

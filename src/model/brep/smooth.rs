@@ -29,31 +29,46 @@ fn is_perpendicular(a: &Vec3, b: &Vec3) -> bool {
 
 fn one_way(a: &Sheet, b: &Sheet, near: &Vec3) -> Option<[Sheet; 2]> {
     let over = match (&a.surface, &b.surface) {
-        (Surface::Plane(p), Surface::Cylinder(c)) if is_perpendicular(&p.normal, &c.axis_direction) => {
+        (Surface::Plane(p), Surface::Cylinder(c))
+            if is_perpendicular(&p.normal, &c.axis_direction) =>
+        {
             plane(c.axis_point, c.axis_direction.cross(&p.normal))?
         }
         (Surface::Plane(p), Surface::Cone(c)) => plane(c.apex, c.axis_direction.cross(&p.normal))?,
-        (Surface::Plane(p), Surface::Torus(t)) if is_parallel(&p.normal, &t.axis_direction) => around(t),
-        (Surface::Cylinder(c), Surface::Cylinder(d)) if is_parallel(&c.axis_direction, &d.axis_direction) => {
+        (Surface::Plane(p), Surface::Torus(t)) if is_parallel(&p.normal, &t.axis_direction) => {
+            around(t)
+        }
+        (Surface::Cylinder(c), Surface::Cylinder(d))
+            if is_parallel(&c.axis_direction, &d.axis_direction) =>
+        {
             let to = d.axis_point - c.axis_point;
             plane(c.axis_point, c.axis_direction.cross(&to))?
         }
-        (_, Surface::EllipticCylinder(e)) if runs_along(a, &e.axis_direction) => generator(a, e, near)?,
+        (_, Surface::EllipticCylinder(e)) if runs_along(a, &e.axis_direction) => {
+            generator(a, e, near)?
+        }
         (Surface::Cylinder(c), Surface::Sphere(s)) => plane(s.center, c.axis_direction)?,
         (Surface::EllipticCylinder(c), Surface::Ellipsoid(s)) => plane(s.center, c.axis_direction)?,
         (Surface::Cylinder(c), Surface::Ellipsoid(s)) => plane(s.center, c.axis_direction)?,
-        (Surface::Cylinder(c), Surface::Torus(t)) if is_parallel(&c.axis_direction, &t.axis_direction) => {
+        (Surface::Cylinder(c), Surface::Torus(t))
+            if is_parallel(&c.axis_direction, &t.axis_direction) =>
+        {
             plane(t.center, t.axis_direction)?
         }
-        (Surface::Cylinder(c), Surface::Torus(t)) if is_perpendicular(&c.axis_direction, &t.axis_direction) => {
-            let along = c.axis_direction - t.axis_direction * c.axis_direction.dot(&t.axis_direction);
+        (Surface::Cylinder(c), Surface::Torus(t))
+            if is_perpendicular(&c.axis_direction, &t.axis_direction) =>
+        {
+            let along =
+                c.axis_direction - t.axis_direction * c.axis_direction.dot(&t.axis_direction);
             plane(t.center, along)?
         }
         (Surface::Cone(c), Surface::Sphere(s)) => {
             let h = c.axis_direction.dot(&(s.center - c.apex)) * c.half_angle.cos().powi(2);
             plane(c.apex + c.axis_direction * h, c.axis_direction)?
         }
-        (Surface::Cone(c), Surface::Torus(t)) if is_parallel(&c.axis_direction, &t.axis_direction) => {
+        (Surface::Cone(c), Surface::Torus(t))
+            if is_parallel(&c.axis_direction, &t.axis_direction) =>
+        {
             let (sin, cos) = c.half_angle.sin_cos();
             let slant = t.major_radius * sin + c.axis_direction.dot(&(t.center - c.apex)) * cos;
             plane(c.apex + c.axis_direction * (slant * cos), c.axis_direction)?
@@ -70,7 +85,8 @@ fn one_way(a: &Sheet, b: &Sheet, near: &Vec3) -> Option<[Sheet; 2]> {
 
 /// The cylinder about a torus' axis through its tube's middle: it cuts a plane across the axis where the torus touches it.
 fn around(t: &Torus) -> Sheet {
-    let c = Cylinder { axis_point: t.center, axis_direction: t.axis_direction, radius: t.major_radius };
+    let c =
+        Cylinder { axis_point: t.center, axis_direction: t.axis_direction, radius: t.major_radius };
     Sheet::new(&Surface::Cylinder(c), &Vec3::zeros())
 }
 
@@ -109,14 +125,17 @@ fn generator(a: &Sheet, e: &EllipticCylinder, near: &Vec3) -> Option<Sheet> {
     let d = near - e.axis_point;
     let h = w * d.dot(&w);
     let turn = (d.dot(&v) / e.semi_axes[1]).atan2(d.dot(&u) / e.semi_axes[0]);
-    let place = |t: f64| e.axis_point + h + u * (e.semi_axes[0] * t.cos()) + v * (e.semi_axes[1] * t.sin());
-    let normal = |t: f64| (u * (t.cos() / e.semi_axes[0]) + v * (t.sin() / e.semi_axes[1])).normalize();
+    let place =
+        |t: f64| e.axis_point + h + u * (e.semi_axes[0] * t.cos()) + v * (e.semi_axes[1] * t.sin());
+    let normal =
+        |t: f64| (u * (t.cos() / e.semi_axes[0]) + v * (t.sin() / e.semi_axes[1])).normalize();
     let off = |t: f64| normal(t).cross(&a.normal(&place(t))).dot(&w);
     let step = 1.0 / f64::from(STEPS);
     // The nearest change of sign on either side, within one radian.
     for k in 0..STEPS {
         for sign in [1.0, -1.0] {
-            let (mut from, mut to) = (turn + sign * step * f64::from(k), turn + sign * step * f64::from(k + 1));
+            let (mut from, mut to) =
+                (turn + sign * step * f64::from(k), turn + sign * step * f64::from(k + 1));
             let low = off(from);
             if low * off(to) > 0.0 {
                 continue;
@@ -163,17 +182,45 @@ mod tests {
             (pipe, Surface::Sphere(Sphere { center: z, radius: 3.0 }), Vec3::new(3.0, 0.1, 1.2)),
             (pipe, ring(9.0 * x, y, 9.0), Vec3::new(3.0, 0.0, 0.1)),
             (pipe, ring(z, z, 6.0), Vec3::new(3.0, 0.0, 1.1)),
-            (Surface::Plane(Plane { point: 3.0 * z, normal: z }), ring(o, z, 8.0), Vec3::new(8.1, 0.0, 3.0)),
-            (pipe, Surface::Cylinder(Cylinder { axis_point: 8.0 * x, axis_direction: z, radius: 5.0 }), 3.0 * x),
+            (
+                Surface::Plane(Plane { point: 3.0 * z, normal: z }),
+                ring(o, z, 8.0),
+                Vec3::new(8.1, 0.0, 3.0),
+            ),
+            (
+                pipe,
+                Surface::Cylinder(Cylinder { axis_point: 8.0 * x, axis_direction: z, radius: 5.0 }),
+                3.0 * x,
+            ),
             (pipe, elliptic(8.0 * x, [5.0, 2.0]), Vec3::new(3.1, 0.2, 0.5)),
-            (elliptic(-2.0 * x, [2.0, 1.0]), elliptic(5.0 * x, [5.0, 2.0]), Vec3::new(0.0, 0.1, 0.5)),
-            (cone, Surface::Sphere(Sphere { center: 6.0 * z, radius: 6.0 * sin }), Vec3::new(6.0 * cos * sin, 0.1, 6.0 * cos * cos)),
-            (cone, ring(Vec3::new(0.0, 0.0, 9.0), z, 9.0 * sin / cos - 3.0 / cos), Vec3::new(3.0, 0.0, 6.0)),
-            (ring(o, z, 8.0), Surface::Sphere(Sphere { center: 8.0 * x, radius: 3.0 }), Vec3::new(10.9, 0.2, 0.1)),
+            (
+                elliptic(-2.0 * x, [2.0, 1.0]),
+                elliptic(5.0 * x, [5.0, 2.0]),
+                Vec3::new(0.0, 0.1, 0.5),
+            ),
+            (
+                cone,
+                Surface::Sphere(Sphere { center: 6.0 * z, radius: 6.0 * sin }),
+                Vec3::new(6.0 * cos * sin, 0.1, 6.0 * cos * cos),
+            ),
+            (
+                cone,
+                ring(Vec3::new(0.0, 0.0, 9.0), z, 9.0 * sin / cos - 3.0 / cos),
+                Vec3::new(3.0, 0.0, 6.0),
+            ),
+            (
+                ring(o, z, 8.0),
+                Surface::Sphere(Sphere { center: 8.0 * x, radius: 3.0 }),
+                Vec3::new(10.9, 0.2, 0.1),
+            ),
             (ring(o, z, 8.0), ring(16.0 * x, z, 8.0), Vec3::new(8.0, 0.1, 3.0)),
             (
                 elliptic(o, [4.0, 2.0]),
-                Surface::Ellipsoid(Ellipsoid { center: z, semi_axes: [6.0, 4.0, 2.0], semi_axis_directions: [z, x, y] }),
+                Surface::Ellipsoid(Ellipsoid {
+                    center: z,
+                    semi_axes: [6.0, 4.0, 2.0],
+                    semi_axis_directions: [z, x, y],
+                }),
                 Vec3::new(4.0, 0.1, 1.1),
             ),
         ];

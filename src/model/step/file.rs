@@ -87,7 +87,9 @@ mod tests {
 
     #[test]
     fn reals_have_a_point_and_read_back_as_the_same() {
-        for x in [0.0, -0.0, 1.0, -2.5, 1e-7, 1e300, -1.5e-300, 0.1 + 0.2, 123_456_789.123_456_79, 1e16] {
+        for x in
+            [0.0, -0.0, 1.0, -2.5, 1e-7, 1e300, -1.5e-300, 0.1 + 0.2, 123_456_789.123_456_79, 1e16]
+        {
             let text = real(x);
             assert!(text.split('E').next().unwrap().contains('.'), "{text}");
             assert_eq!(text.parse::<f64>().unwrap(), x, "{text}");

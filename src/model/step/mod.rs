@@ -55,7 +55,8 @@ impl<'a> Bodies<'a> {
     fn body(&mut self, shell: usize) {
         let model = self.model;
         let shell_of = &model.shells[shell];
-        let faces: Vec<Id> = shell_of.faces.iter().filter_map(|&f| self.face(&model.faces[f])).collect();
+        let faces: Vec<Id> =
+            shell_of.faces.iter().filter_map(|&f| self.face(&model.faces[f])).collect();
         if faces.is_empty() {
             return;
         }
@@ -82,7 +83,13 @@ impl<'a> Bodies<'a> {
             .flat_map(|b| &b.uses)
             .flat_map(|u| model.edges[u.edge].points())
             .collect();
-        let surface = surface::surface(&mut self.out, region.surface.as_ref()?, sheet, &model.centre, &border);
+        let surface = surface::surface(
+            &mut self.out,
+            region.surface.as_ref()?,
+            sheet,
+            &model.centre,
+            &border,
+        );
         let mut bounds = Vec::new();
         for (k, bound) in face.bounds.iter().enumerate() {
             let edges = self.line(&bound.uses, face.flipped);

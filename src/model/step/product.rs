@@ -77,11 +77,19 @@ pub fn file(
     let items = std::mem::take(&mut bodies.items);
     for (shell, item) in &items {
         let (name, description) = (name(model, regions, *shell), description(model, *shell));
-        product(&mut bodies.out, &context, *item, model.shells[*shell].closed, [&name, &description]);
+        product(
+            &mut bodies.out,
+            &context,
+            *item,
+            model.shells[*shell].closed,
+            [&name, &description],
+        );
     }
     let faces = std::mem::take(&mut bodies.faces);
-    let styled: Vec<Id> =
-        faces.iter().map(|(face, region)| styled(&mut bodies.out, *face, color(*region as i32))).collect();
+    let styled: Vec<Id> = faces
+        .iter()
+        .map(|(face, region)| styled(&mut bodies.out, *face, color(*region as i32)))
+        .collect();
     if !styled.is_empty() {
         bodies.out.add(&format!(
             "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',{},{})",
@@ -129,7 +137,8 @@ fn context(out: &mut Entities) -> Context {
          {application})"
     ));
     let product = out.add(&format!("PRODUCT_CONTEXT('',{application},'mechanical')"));
-    let definition = out.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')"));
+    let definition =
+        out.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')"));
     let length = out.add("(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.))");
     let angle = out.add("(NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.))");
     let solid = out.add("(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT())");
@@ -143,19 +152,29 @@ fn context(out: &mut Entities) -> Context {
     Context { geometry, product, definition }
 }
 
-fn product(out: &mut Entities, context: &Context, item: Id, closed: bool, [name, description]: [&str; 2]) {
+fn product(
+    out: &mut Entities,
+    context: &Context,
+    item: Id,
+    closed: bool,
+    [name, description]: [&str; 2],
+) {
     let (name, description) = (string(name), string(description));
     let product = out.add(&format!("PRODUCT({name},{name},{description},({}))", context.product));
     out.add(&format!("PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,({product}))"));
     let formation = out.add(&format!("PRODUCT_DEFINITION_FORMATION('','',{product})"));
-    let definition = out.add(&format!("PRODUCT_DEFINITION('design','',{formation},{})", context.definition));
+    let definition =
+        out.add(&format!("PRODUCT_DEFINITION('design','',{formation},{})", context.definition));
     let shape = out.add(&format!("PRODUCT_DEFINITION_SHAPE('','',{definition})"));
     let origin = {
         let o = crate::geometry::Vec3::zeros();
         out.placement(&o, &crate::geometry::Vec3::z(), &crate::geometry::Vec3::x())
     };
-    let kind =
-        if closed { "ADVANCED_BREP_SHAPE_REPRESENTATION" } else { "MANIFOLD_SURFACE_SHAPE_REPRESENTATION" };
+    let kind = if closed {
+        "ADVANCED_BREP_SHAPE_REPRESENTATION"
+    } else {
+        "MANIFOLD_SURFACE_SHAPE_REPRESENTATION"
+    };
     let representation = out.add(&format!("{kind}({name},({origin},{item}),{})", context.geometry));
     out.add(&format!("SHAPE_DEFINITION_REPRESENTATION({shape},{representation})"));
 }

@@ -7,7 +7,13 @@ use super::file::{Entities, Id, list, real, reals};
 
 /// A region's surface, with the parameters of the result; `sheet` tells where the points are, so that the place where the
 /// surface closes is away from them. `points` are those of the face's borders.
-pub fn surface(out: &mut Entities, exact: &Surface, sheet: &Sheet, centre: &Vec3, border: &[Vec3]) -> Id {
+pub fn surface(
+    out: &mut Entities,
+    exact: &Surface,
+    sheet: &Sheet,
+    centre: &Vec3,
+    border: &[Vec3],
+) -> Id {
     let (u, v) = (sheet.frame.column(0).into_owned(), sheet.frame.column(1).into_owned());
     let (sin, cos) = sheet.start[0].sin_cos();
     let seam = u * cos + v * sin;
@@ -35,13 +41,21 @@ pub fn surface(out: &mut Entities, exact: &Surface, sheet: &Sheet, centre: &Vec3
         }
         Surface::Torus(s) => {
             let at = out.placement(&s.center, &s.axis_direction, &seam);
-            out.add(&format!("TOROIDAL_SURFACE('',{at},{},{})", real(s.major_radius), real(s.minor_radius)))
+            out.add(&format!(
+                "TOROIDAL_SURFACE('',{at},{},{})",
+                real(s.major_radius),
+                real(s.minor_radius)
+            ))
         }
         Surface::EllipticCylinder(s) => {
             let first = s.semi_axis_directions[0];
             let x = if first.dot(&seam) < 0.0 { -first } else { first };
             let at = out.placement(&s.axis_point, &s.axis_direction, &x);
-            let ellipse = out.add(&format!("ELLIPSE('',{at},{},{})", real(s.semi_axes[0]), real(s.semi_axes[1])));
+            let ellipse = out.add(&format!(
+                "ELLIPSE('',{at},{},{})",
+                real(s.semi_axes[0]),
+                real(s.semi_axes[1])
+            ));
             let axis = out.direction(&s.axis_direction);
             let vector = out.add(&format!("VECTOR('',{axis},1.0)"));
             out.add(&format!("SURFACE_OF_LINEAR_EXTRUSION('',{ellipse},{vector})"))
@@ -70,7 +84,8 @@ fn ellipsoid(out: &mut Entities, sheet: &Sheet, centre: &Vec3, border: &[Vec3]) 
         let mut w = Vec::new();
         for j in 0..5 {
             let weight = 1.0 + square[i] + square[j];
-            let d = Vec3::new(2.0 * linear[i], 2.0 * linear[j], 1.0 - square[i] - square[j]) / weight;
+            let d =
+                Vec3::new(2.0 * linear[i], 2.0 * linear[j], 1.0 - square[i] - square[j]) / weight;
             row.push(out.point(&(centre + sheet.from_unit(&(sheet.frame * d)))));
             w.push(weight);
         }
