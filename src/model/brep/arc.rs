@@ -86,6 +86,7 @@ pub fn arcs(part: &Part, joints: &[Joint], cuts: &[Vec<Cut>], places: &mut Vec<V
             _ => {
                 let (from, to) = (joint.votes[0], joint.votes[joint.votes.len() - 1]);
                 if to - from > 2.0 * TAIL * part.usual {
+                    let (from, to) = (last_point(part, joint, from, -1.0), last_point(part, joint, to, 1.0));
                     let ends = [free(from), free(to)];
                     add([from, to], ends);
                 }
@@ -101,10 +102,31 @@ fn tail(part: &Part, joint: &Joint, from: f64, sign: f64) -> Option<f64> {
     let end = beyond.map(|t| t * sign).fold(f64::NEG_INFINITY, f64::max) * sign;
     let length = (end - from) * sign;
     let least = TAIL * part.usual + part.smooth.get(&joint.pair).copied().unwrap_or(0.0);
-    (length.is_finite()
+    let goes_on = length.is_finite()
         && length > least
-        && score(part, joint, [from.min(end), from.max(end)]).0 > 0.0)
-        .then_some(end)
+        && score(part, joint, [from.min(end), from.max(end)]).0 > 0.0;
+    goes_on.then(|| last_point(part, joint, end, sign))
+}
+
+/// How far points of either region beside a curve go on from its last vote: those of both together end half a spacing short.
+fn last_point(part: &Part, joint: &Joint, end: f64, sign: f64) -> f64 {
+    let x = joint.curve.at(end);
+    let along = joint.curve.tangent(end) * sign;
+    let radius = 2.0 * part.usual;
+    let (mut furthest, mut count) = (0.0f64, 0.0);
+    part.near.within(&x, radius, |_, p, l| {
+        let on = (p - x).dot(&along);
+        if joint.pair.contains(&(l as usize)) && (p - x - along * on).norm() < part.usual {
+            furthest = furthest.max(on);
+            count += 1.0;
+        }
+        true
+    });
+    // Points that come one by one leave their mean distance beyond the last.
+    if count > 0.0 {
+        furthest += (radius + furthest) / count;
+    }
+    (end + sign * furthest).clamp(0.0, joint.curve.length())
 }
 
 /// Spacings along a stretch with neighbouring points of both regions, less those without; and which regions it bounds.

@@ -18,6 +18,8 @@ const SMOOTH_SINE: f64 = 0.1;
 const LEAST_PAIRS: usize = 2;
 /// A curve goes on this many times as far from the points as the joint does: to the corner in which it ends.
 pub const LONGER: f64 = 2.0;
+/// A closed curve shorter than this many spacings is where surfaces graze each other.
+const DOT: f64 = 4.0;
 /// Step along a curve in spacings.
 const STEP: f64 = 1.0;
 
@@ -106,7 +108,8 @@ fn of_pair(part: &Part, pair: [usize; 2], middles: &[Vec3]) -> Vec<Joint> {
             let middle = left.len() / 2;
             left.swap_remove(middle);
         }
-        if votes.len() >= LEAST_PAIRS {
+        let is_dot = curve.closed && curve.length() < DOT * part.usual;
+        if votes.len() >= LEAST_PAIRS && !is_dot {
             votes.sort_by(f64::total_cmp);
             out.push(Joint { pair, curve, votes, smooth });
         }

@@ -224,13 +224,25 @@ impl Sheet {
 
     /// Area of the chart for each of the surface near a place, at most four: where a cone or a torus is narrow its chart is wide.
     pub fn stretch(&self, x: &Vec3) -> f64 {
-        match &self.surface {
+        let stretch = match &self.surface {
             Surface::Cone(_) | Surface::Torus(_) => {
                 let q = self.local(x);
-                (self.scale[0] / q.x.hypot(q.y).max(1e-300)).min(4.0)
+                self.scale[0] / q.x.hypot(q.y)
+            }
+            Surface::EllipticCylinder(s) => {
+                let (sin, cos) = self.parameters(x)[0].sin_cos();
+                self.scale[0] / (s.semi_axes[0] * sin).hypot(s.semi_axes[1] * cos)
+            }
+            Surface::Ellipsoid(s) => {
+                // The unit sphere's area for each of the ellipsoid's: 1 / (abc |A^-1 n|).
+                let unit = self.on_unit(x);
+                let along = |k: usize| (unit.dot(&s.semi_axis_directions[k]) / s.semi_axes[k]).powi(2);
+                let area = (along(0) + along(1) + along(2)).sqrt() * s.semi_axes.iter().product::<f64>();
+                self.scale[0] * self.scale[1] / area
             }
             _ => 1.0,
-        }
+        };
+        stretch.clamp(0.0, 4.0)
     }
 
     /// Length of the chart around each parameter; none where it does not close.

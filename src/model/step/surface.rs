@@ -5,6 +5,9 @@ use crate::model::brep::sheet::Sheet;
 
 use super::file::{Entities, Id, list, real, reals};
 
+/// Cosine of the angle from the middle of a sphere's face up to which its border keeps away from poles at a right angle.
+const SMALL: f64 = 0.25;
+
 /// A region's surface, with the parameters of the result; `sheet` tells where the points are, so that the place where the
 /// surface closes is away from them. `points` are those of the face's borders.
 pub fn surface(
@@ -34,9 +37,11 @@ pub fn surface(
             out.add(&format!("CONICAL_SURFACE('',{at},{},{})", real(radius), real(s.half_angle)))
         }
         Surface::Sphere(s) => {
-            // The middle of the points is opposite of the seam, and on the equator.
             let w = sheet.frame.column(2).into_owned();
-            let at = out.placement(&s.center, &u, &-w);
+            // A small face has the poles and the seam away from it; a larger one a pole in its middle, not on its border.
+            let is_small = |p: &Vec3| (p - sheet.origin).dot(&w) > SMALL * s.radius;
+            let (axis, x) = if !border.is_empty() && border.iter().all(is_small) { (u, -w) } else { (w, u) };
+            let at = out.placement(&s.center, &axis, &x);
             out.add(&format!("SPHERICAL_SURFACE('',{at},{})", real(s.radius)))
         }
         Surface::Torus(s) => {
