@@ -64,6 +64,27 @@ impl Part {
         self.sample_density(density, random)
     }
 
+    /// The volume: the share of about `cells` cells around the part that hold a random place of theirs inside of it.
+    pub fn volume(&self, cells: usize, random: &mut Random) -> f64 {
+        let points: Vec<Vec3> = self.sample(20_000, random).into_iter().flat_map(|p| p.points).collect();
+        let low = points.iter().fold(Vec3::repeat(f64::INFINITY), |m, p| m.inf(p)).add_scalar(-0.5);
+        let high = points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, p| m.sup(p)).add_scalar(0.5);
+        let side = ((high - low).product() / cells as f64).cbrt();
+        let counts = (high - low).map(|d| (d / side).ceil());
+        let step = (high - low).component_div(&counts);
+        let mut inside = 0usize;
+        for i in 0..counts.x as usize {
+            for j in 0..counts.y as usize {
+                for k in 0..counts.z as usize {
+                    let mut at = |k: usize| k as f64 + random.uniform(0.0, 1.0);
+                    let cell = Vec3::new(at(i), at(j), at(k));
+                    inside += usize::from(self.contains(&(low + cell.component_mul(&step))));
+                }
+            }
+        }
+        inside as f64 * step.product()
+    }
+
     fn face_area(&self) -> f64 {
         self.steps.iter().flat_map(|(_, s)| s.faces()).map(|f| f.area).sum()
     }

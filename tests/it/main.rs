@@ -30,6 +30,7 @@ mod routes;
 mod same_answer;
 mod service;
 mod settings;
+mod step;
 mod storage;
 mod strangers;
 mod supply;

@@ -74,9 +74,14 @@ fn one_way(a: &Sheet, b: &Sheet, near: &Vec3) -> Option<[Sheet; 2]> {
             plane(c.apex + c.axis_direction * (slant * cos), c.axis_direction)?
         }
         (Surface::Torus(t), Surface::Sphere(s)) => ball_on_ring(t, &s.center, s.radius, near)?,
-        (Surface::Torus(t), Surface::Torus(_)) => {
-            let out = near - t.center;
-            plane(t.center, t.axis_direction.cross(&out))?
+        (Surface::Torus(t), Surface::Torus(other)) => {
+            // One elbow after another, in one plane or in two.
+            let w = t.axis_direction;
+            let out = match is_parallel(&w, &other.axis_direction) {
+                true => other.center - t.center,
+                false => w.cross(&w.cross(&other.axis_direction)),
+            };
+            plane(t.center, w.cross(&out))?
         }
         _ => return None,
     };
