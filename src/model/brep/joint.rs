@@ -11,7 +11,7 @@ use crate::geometry::Vec3;
 /// Points of two regions within this many spacings are neighbours.
 const NEIGHBOURS: f64 = 2.5;
 /// Neighbouring pairs of two regions that are looked at, at most.
-const MOST_PAIRS: usize = 4000;
+const MOST_PAIRS: usize = 2000;
 /// The sine of the angle between two surfaces below which they may run into each other smoothly: 6 degrees.
 const SMOOTH_SINE: f64 = 0.1;
 /// Pairs that tell a curve, at least.
@@ -99,7 +99,8 @@ fn of_pair(part: &Part, pair: [usize; 2], middles: &[Vec3]) -> Vec<Joint> {
         let (mut votes, mut rest) = (Vec::new(), Vec::new());
         for x in left {
             match near(&x) {
-                Some(t) => votes.push(t),
+                Some(t) if smooth || touch(part, pair, &curve.at(t), reach) => votes.push(t),
+                Some(_) => {}
                 None => rest.push(x),
             }
         }
@@ -115,6 +116,18 @@ fn of_pair(part: &Part, pair: [usize; 2], middles: &[Vec3]) -> Vec<Joint> {
         }
     }
     out
+}
+
+/// Whether points of both regions are nearer to a place than any of a third: over a narrow chamfer its neighbours' points are
+/// beside each other, and its own between them.
+fn touch(part: &Part, pair: [usize; 2], x: &Vec3, reach: f64) -> bool {
+    let mut nearest = [f64::INFINITY; 3];
+    part.near.within(x, reach, |sq, _, l| {
+        let k = pair.iter().position(|r| *r == l as usize).unwrap_or(2);
+        nearest[k] = nearest[k].min(sq);
+        true
+    });
+    nearest[2] >= nearest[0].max(nearest[1])
 }
 
 /// The two sheets whose intersection is the joint next to `seed`, a place on it, and whether the surfaces touch there.
