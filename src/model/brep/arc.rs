@@ -84,7 +84,7 @@ pub fn arcs(part: &Part, joints: &[Joint], cuts: &[Vec<Cut>], places: &mut Vec<V
                 }
             }
             _ => {
-                let (from, to) = (joint.votes[0], joint.votes[joint.votes.len() - 1]);
+                let (Some(&from), Some(&to)) = (joint.votes.first(), joint.votes.last()) else { continue };
                 if to - from > 2.0 * TAIL * part.usual {
                     let (from, to) = (last_point(part, joint, from, -1.0), last_point(part, joint, to, 1.0));
                     let ends = [free(from), free(to)];

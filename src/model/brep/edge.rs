@@ -12,6 +12,9 @@ use crate::geometry::Vec3;
 /// Places along an edge at which the points beside it are asked on which side a face lies.
 const ASKED: usize = 24;
 
+/// So many points beside an edge tell it.
+const TOLD: usize = 6;
+
 /// A piece of a curve between two vertices.
 #[derive(Clone, Debug)]
 pub struct Edge {
@@ -49,23 +52,25 @@ impl Edge {
     /// outside of `sheet`.
     pub fn has_left(&self, part: &Part, region: usize, sheet: &Sheet) -> bool {
         let radius = part.reach([self.regions[0], *self.regions.last().unwrap_or(&0)]);
-        let mut sum = 0.0;
+        let step = (self.span[1] - self.span[0]) / ASKED as f64;
+        // Points beside the edge, and those beyond its ends too.
+        let (mut beside, mut around) = ([0usize; 2], [0usize; 2]);
         for k in 0..ASKED {
-            let t = self.span[0] + (self.span[1] - self.span[0]) * (k as f64 + 0.5) / ASKED as f64;
+            let t = self.span[0] + step * (k as f64 + 0.5);
             let (x, along) = (self.curve.at(t), self.curve.tangent(t));
             let left = sheet.normal(&x).cross(&along);
             part.near.within(&x, radius, |sq, p, l| {
                 if l as usize == region {
                     let d = p - x;
-                    // Beside the edge, not beyond its ends.
-                    if d.dot(&along).powi(2) < 0.5 * sq {
-                        sum += d.dot(&left).signum();
-                    }
+                    let (side, on) = (usize::from(d.dot(&left) > 0.0), d.dot(&along).abs());
+                    beside[side] += usize::from(on < 0.5 * step);
+                    around[side] += usize::from(on * on < 0.5 * sq);
                 }
                 true
             });
         }
-        sum > 0.0
+        let told = if beside[0] + beside[1] < TOLD { around } else { beside };
+        told[1] > told[0]
     }
 
     /// The vertex at which a use of it begins (0) or ends (1).

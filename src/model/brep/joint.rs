@@ -105,12 +105,13 @@ fn of_pair(part: &Part, pair: [usize; 2], middles: &[Vec3]) -> Vec<Joint> {
             }
         }
         left = rest;
-        if left.len() == before {
+        let told = before - left.len();
+        if told == 0 {
             let middle = left.len() / 2;
             left.swap_remove(middle);
         }
         let is_dot = curve.closed && curve.length() < DOT * part.usual;
-        if votes.len() >= LEAST_PAIRS && !is_dot {
+        if told >= LEAST_PAIRS && !is_dot {
             votes.sort_by(f64::total_cmp);
             out.push(Joint { pair, curve, votes, smooth });
         }
