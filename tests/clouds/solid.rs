@@ -66,9 +66,11 @@ impl Part {
 
     /// The volume: the share of about `cells` cells around the part that hold a random place of theirs inside of it.
     pub fn volume(&self, cells: usize, random: &mut Random) -> f64 {
-        let points: Vec<Vec3> = self.sample(20_000, random).into_iter().flat_map(|p| p.points).collect();
+        let points: Vec<Vec3> =
+            self.sample(20_000, random).into_iter().flat_map(|p| p.points).collect();
         let low = points.iter().fold(Vec3::repeat(f64::INFINITY), |m, p| m.inf(p)).add_scalar(-0.5);
-        let high = points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, p| m.sup(p)).add_scalar(0.5);
+        let high =
+            points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, p| m.sup(p)).add_scalar(0.5);
         let side = ((high - low).product() / cells as f64).cbrt();
         let counts = (high - low).map(|d| (d / side).ceil());
         let step = (high - low).component_div(&counts);

@@ -53,7 +53,10 @@ fn bored_box(keep: [bool; 6], sigma: f64) -> Vec<Vec3> {
         points.push(Vec3::new(6.0 * cos, 6.0 * sin, random.uniform(-10.0, 10.0)));
     }
     let turn = random.rotation();
-    points.iter().map(|p| turn * p + sigma * random.normal3() + Vec3::new(300.0, -200.0, 100.0)).collect()
+    points
+        .iter()
+        .map(|p| turn * p + sigma * random.normal3() + Vec3::new(300.0, -200.0, 100.0))
+        .collect()
 }
 
 #[test]
@@ -69,7 +72,8 @@ fn a_box_with_a_bore_is_a_solid_of_its_volume_with_one_handle() {
     let bore = std::f64::consts::PI * 36.0;
     let volume = 40.0 * 30.0 * 20.0 - bore * 20.0;
     assert!((solid.volume() / volume - 1.0).abs() < 5e-4, "{}", solid.volume());
-    let area = 2.0 * (40.0 * 30.0 + 40.0 * 20.0 + 30.0 * 20.0) - 2.0 * bore + 12.0 * std::f64::consts::PI * 20.0;
+    let area = 2.0 * (40.0 * 30.0 + 40.0 * 20.0 + 30.0 * 20.0) - 2.0 * bore
+        + 12.0 * std::f64::consts::PI * 20.0;
     assert!((solid.area() / area - 1.0).abs() < 5e-4, "{}", solid.area());
     // The bore's edges are ellipses or circles, all others lines.
     assert_eq!(file.named("LINE").count(), 12);
@@ -88,10 +92,12 @@ fn a_box_without_its_lid_is_open_and_says_where() {
     let [shell] = &all[..] else { panic!("{} shells", all.len()) };
     assert!(!shell.closed && shell.faces.len() == 6);
     let bore = std::f64::consts::PI * 36.0;
-    let area = 2.0 * (40.0 * 20.0 + 30.0 * 20.0) + 1200.0 - bore + 12.0 * std::f64::consts::PI * 20.0;
+    let area =
+        2.0 * (40.0 * 20.0 + 30.0 * 20.0) + 1200.0 - bore + 12.0 * std::f64::consts::PI * 20.0;
     assert!((shell.area() / area - 1.0).abs() < 0.01, "{} {area}", shell.area());
     // The four walls and the bore, not the floor.
-    let told = shell.description.strip_prefix("open: borders without a neighbour at region ").unwrap();
+    let told =
+        shell.description.strip_prefix("open: borders without a neighbour at region ").unwrap();
     let open: Vec<usize> = told.split(", ").map(|r| r.parse().unwrap()).collect();
     let floor = result.regions.iter().filter(|r| r.neighbours.len() == 5).map(|r| r.id);
     let expected: Vec<usize> = (0..6).filter(|id| !floor.clone().any(|f| f == *id)).collect();
@@ -102,7 +108,12 @@ fn a_box_without_its_lid_is_open_and_says_where() {
 
 #[test]
 fn machined_parts_are_solids_of_their_volume() {
-    for (name, n, sigma) in [("flange", 60_000, 0.02), ("cover", 80_000, 0.01), ("tee", 60_000, 0.05), ("lever", 50_000, 0.01)] {
+    for (name, n, sigma) in [
+        ("flange", 60_000, 0.02),
+        ("cover", 80_000, 0.01),
+        ("tee", 60_000, 0.05),
+        ("lever", 50_000, 0.01),
+    ] {
         let cloud = cad::make(name, 1, n, sigma, true).unwrap();
         let result = found(&cloud.points);
         let file = File::read(&text(&cloud.points, &result));
@@ -164,7 +175,8 @@ fn the_file_is_the_same_on_any_number_of_threads() {
 
 #[test]
 fn a_cloud_without_a_region_is_a_file_without_a_product() {
-    let text = step(&Source { points: &[], labels: &[], regions: &[], noise: 0.0 }, "1", |_| [0; 3]);
+    let text =
+        step(&Source { points: &[], labels: &[], regions: &[], noise: 0.0 }, "1", |_| [0; 3]);
     let file = File::read(&text);
     assert_eq!(file.named("PRODUCT").count(), 0);
     assert!(file.header.contains("0 regions"));

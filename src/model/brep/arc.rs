@@ -4,8 +4,6 @@
 //! against it; and every face is bounded by closed lines, so an even number of its edges meets in each corner. Stretches too
 //! short for the points to tell are decided by that.
 
-use std::collections::BTreeMap;
-
 use super::corner::Cut;
 use super::joint::Joint;
 use super::part::Part;
@@ -13,8 +11,6 @@ use crate::geometry::Vec3;
 
 /// Stretches shorter than this many spacings are hardly told by points.
 const SHORT: f64 = 2.0;
-/// What one corner with an odd number of a face's edges costs, in spacings of stretch with or without points.
-const ODD: f64 = 2.0;
 /// A free end lies where points stop, if they go on for this many spacings.
 const TAIL: f64 = 3.0;
 
@@ -84,9 +80,12 @@ pub fn arcs(part: &Part, joints: &[Joint], cuts: &[Vec<Cut>], places: &mut Vec<V
                 }
             }
             _ => {
-                let (Some(&from), Some(&to)) = (joint.votes.first(), joint.votes.last()) else { continue };
+                let (Some(&from), Some(&to)) = (joint.votes.first(), joint.votes.last()) else {
+                    continue;
+                };
                 if to - from > 2.0 * TAIL * part.usual {
-                    let (from, to) = (last_point(part, joint, from, -1.0), last_point(part, joint, to, 1.0));
+                    let (from, to) =
+                        (last_point(part, joint, from, -1.0), last_point(part, joint, to, 1.0));
                     let ends = [free(from), free(to)];
                     add([from, to], ends);
                 }
@@ -179,86 +178,4 @@ fn goes_on(part: &Part, joint: &Joint, span: [f64; 2], region: usize) -> bool {
         });
     }
     sides[0].min(sides[1]) > BOTH * sides[0].max(sides[1]) && sides[0] + sides[1] > LEAST
-}
-
-/// Switches stretches on and off until every face's edges close, at the least cost that single and double changes find.
-/// Returns the corners, with the region, at which they do not.
-pub fn settle(
-    joints: &[Joint],
-    arcs: &mut [Arc],
-    is_free: impl Fn(usize) -> bool,
-) -> Vec<(usize, usize)> {
-    let mut at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for (k, arc) in arcs.iter().enumerate() {
-        for c in arc.corners {
-            let list = at.entry(c).or_default();
-            if !list.contains(&k) {
-                list.push(k);
-            }
-        }
-    }
-    let mut odd: BTreeMap<(usize, usize), bool> = BTreeMap::new();
-    let toggle = |odd: &mut BTreeMap<(usize, usize), bool>, arc: &Arc| -> f64 {
-        let mut change = 0.0;
-        for r in arc.bounded(joints) {
-            for c in arc.corners {
-                if is_free(c) {
-                    continue;
-                }
-                let entry = odd.entry((c, r)).or_insert(false);
-                *entry = !*entry;
-                change += if *entry { ODD } else { -ODD };
-            }
-        }
-        change
-    };
-    for arc in arcs.iter().filter(|a| a.on) {
-        toggle(&mut odd, arc);
-    }
-    for _ in 0..arcs.len() + 10 {
-        let wrong: Vec<usize> = odd.iter().filter(|(_, o)| **o).map(|((c, _), _)| *c).collect();
-        let mut near: Vec<usize> = wrong.iter().flat_map(|c| at[c].iter().copied()).collect();
-        near.sort_unstable();
-        near.dedup();
-        let flip = |odd: &mut BTreeMap<(usize, usize), bool>, arcs: &mut [Arc], k: usize| -> f64 {
-            let price = if arcs[k].on { arcs[k].score } else { -arcs[k].score };
-            arcs[k].on = !arcs[k].on;
-            price + toggle(odd, &arcs[k])
-        };
-        let mut best: (f64, Vec<usize>) = (-1e-9, Vec::new());
-        for &i in &near {
-            let first = flip(&mut odd, arcs, i);
-            if first < best.0 {
-                best = (first, vec![i]);
-            }
-            let mut beside: Vec<usize> =
-                arcs[i].corners.iter().flat_map(|c| at[c].iter().copied()).collect();
-            beside.sort_unstable();
-            beside.dedup();
-            for &j in beside.iter().filter(|j| **j != i) {
-                let both = first + flip(&mut odd, arcs, j);
-                if both < best.0 {
-                    best = (both, vec![i, j]);
-                }
-                for c in arcs[j].corners {
-                    for &k in at[&c].iter().filter(|k| **k != i && **k != j) {
-                        let all = both + flip(&mut odd, arcs, k);
-                        if all < best.0 - 1e-9 {
-                            best = (all, vec![i, j, k]);
-                        }
-                        flip(&mut odd, arcs, k);
-                    }
-                }
-                flip(&mut odd, arcs, j);
-            }
-            flip(&mut odd, arcs, i);
-        }
-        if best.1.is_empty() {
-            break;
-        }
-        for k in best.1 {
-            flip(&mut odd, arcs, k);
-        }
-    }
-    odd.into_iter().filter(|(_, o)| *o).map(|(k, _)| k).collect()
 }

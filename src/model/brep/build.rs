@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::arc::{arcs, settle};
-use super::bound::{OWN, bounded};
+use super::arc::arcs;
+use super::bound::bounded;
 use super::corner::corners;
-use super::edge::{Edge, edges};
+use super::edge::{Edge, OWN, edges};
 use super::face::Face;
 use super::joint::joints;
 use super::part::{Part, Source};
+use super::settle::settle;
 use super::sheet::Sheet;
 use super::shell::{Shell, shells};
 use crate::geometry::Vec3;
@@ -59,10 +60,8 @@ impl Model {
             let shift = [vertices.len(), edges.len()];
             vertices.extend(one.vertices);
             let place = |k: usize| if k >= OWN { k - OWN + shift[0] } else { k };
-            for (curve, ends) in one.own {
-                let span = [0.0, curve.length()];
-                edges.push(Edge { curve, span, ends: ends.map(place), regions: vec![*r] });
-            }
+            let own = one.own.into_iter();
+            edges.extend(own.map(|e| Edge { ends: e.ends.map(place), ..e }));
             for mut face in one.faces {
                 for u in face.bounds.iter_mut().flat_map(|b| &mut b.uses) {
                     if u.edge >= OWN {

@@ -6,7 +6,7 @@ use super::arc::Arc;
 use super::curve::Curve;
 use super::joint::Joint;
 use super::part::Part;
-use super::sheet::{Sheet, Uv};
+use super::sheet::Sheet;
 use crate::geometry::Vec3;
 
 /// Places along an edge at which the points beside it are asked on which side a face lies.
@@ -35,6 +35,30 @@ pub struct Use {
     pub edge: usize,
     /// Whether the line goes the way of the curve; the face lies on its left, seen from outside.
     pub forward: bool,
+}
+
+/// Marks vertices and edges of a region's own until they have their place among all.
+pub const OWN: usize = 1 << 40;
+
+/// Edges that all regions share, and those of one region, counted from [`OWN`] on.
+#[derive(Clone, Copy)]
+pub struct Edges<'a> {
+    /// The shared ones.
+    pub shared: &'a [Edge],
+    /// The region's own.
+    pub own: &'a [Edge],
+}
+
+impl<'a> Edges<'a> {
+    /// Edges of which none is a region's own.
+    pub fn all(shared: &'a [Edge]) -> Self {
+        Self { shared, own: &[] }
+    }
+
+    /// The edge of that number.
+    pub fn get(&self, k: usize) -> &'a Edge {
+        if k >= OWN { &self.own[k - OWN] } else { &self.shared[k] }
+    }
 }
 
 impl Edge {
@@ -146,97 +170,4 @@ fn joined(arcs: &[Arc], joint: &Joint, degree: &BTreeMap<usize, usize>) -> Vec<E
         regions: joint.pair.into_iter().zip(run.bounds).filter(|b| b.1).map(|b| b.0).collect(),
     };
     runs.iter().map(edge).collect()
-}
-
-/// A chain of uses: closed, or with a free end at either side.
-#[derive(Clone, Debug)]
-pub struct Chain {
-    /// The uses in order.
-    pub uses: Vec<Use>,
-    /// Whether the last is followed by the first.
-    pub closed: bool,
-}
-
-/// The chains that edges make around a region's faces, which lie on the left of each.
-pub fn chains(part: &Part, edges: &[Edge], region: usize, sheet: &Sheet) -> Vec<Chain> {
-    let own = edges.iter().enumerate().filter(|(_, e)| e.regions.contains(&region));
-    let mut uses: Vec<Use> =
-        own.map(|(k, e)| Use { edge: k, forward: e.has_left(part, region, sheet) }).collect();
-    let mut out = Vec::new();
-    // Those that close by themselves.
-    uses.retain(|u| {
-        let closed = edges[u.edge].is_closed();
-        if closed {
-            out.push(Chain { uses: vec![*u], closed: true });
-        }
-        !closed
-    });
-    let start = |u: &Use| edges[u.edge].end(u.forward, 0);
-    let end = |u: &Use| edges[u.edge].end(u.forward, 1);
-    let mut next: Vec<Option<usize>> = vec![None; uses.len()];
-    let mut has_before = vec![false; uses.len()];
-    for (k, u) in uses.iter().enumerate() {
-        let arriving = edges[u.edge].direction(u.forward, true);
-        let candidates = (0..uses.len()).filter(|&j| j != k && start(&uses[j]) == end(u));
-        let turn = |j: usize| {
-            let v = &uses[j];
-            let leaving = edges[v.edge].direction(v.forward, false);
-            let place = edges[u.edge].curve.at(edges[u.edge].span[usize::from(u.forward)]);
-            let normal = sheet.normal(&place);
-            let back = -arriving;
-            // Clockwise from the way back to the way on.
-            (-normal.dot(&back.cross(&leaving)))
-                .atan2(back.dot(&leaving))
-                .rem_euclid(std::f64::consts::TAU)
-        };
-        let mut sorted: Vec<(f64, usize)> = candidates.map(|j| (turn(j), j)).collect();
-        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, j)) = sorted.into_iter().find(|(_, j)| !has_before[*j]) {
-            next[k] = Some(j);
-            has_before[j] = true;
-        }
-    }
-    let mut seen = vec![false; uses.len()];
-    let firsts = (0..uses.len()).filter(|&k| !has_before[k]).chain(0..uses.len());
-    for first in firsts {
-        let (mut chain, mut at) = (Vec::new(), Some(first));
-        while let Some(k) = at.filter(|k| !seen[*k]) {
-            seen[k] = true;
-            chain.push(uses[k]);
-            at = next[k];
-        }
-        if !chain.is_empty() {
-            let closed = at == Some(first);
-            out.push(Chain { uses: chain, closed });
-        }
-    }
-    out
-}
-
-/// The places of a closed line of uses in a chart, unrolled, and how often it goes around each parameter.
-pub fn in_chart(edges: &[Edge], uses: &[Use], sheet: &Sheet) -> (Vec<Uv>, [i32; 2]) {
-    let mut places: Vec<Uv> = Vec::new();
-    for u in uses {
-        let mut points = edges[u.edge].points();
-        if !u.forward {
-            points.reverse();
-        }
-        points.pop();
-        for p in points {
-            let c = sheet.chart(&p);
-            let c = places.last().map_or(c, |near| sheet.beside(c, near));
-            places.push(c);
-        }
-    }
-    let mut turns = [0; 2];
-    if let (Some(first), Some(last)) = (places.first(), places.last()) {
-        let back = sheet.beside(*first, last);
-        for k in 0..2 {
-            if sheet.angular()[k] {
-                let period = std::f64::consts::TAU * sheet.scale[k];
-                turns[k] = ((back[k] - first[k]) / period).round() as i32;
-            }
-        }
-    }
-    (places, turns)
 }

@@ -4,7 +4,7 @@
 //! in its centre that is an integral over the parameters alone; what the origin adds is c times the vector area, half the sum of
 //! x times dx along the edges. By Green's theorem both are integrals along the edges.
 
-use super::edge::Edge;
+use super::edge::{Edges, Use};
 use super::face::Face;
 use super::sheet::Sheet;
 use crate::geometry::{Surface, Vec3};
@@ -24,7 +24,7 @@ pub struct Measure {
 }
 
 /// The area of a face, and its part of the volume with the surface's own normal.
-pub fn measure(sheet: &Sheet, edges: &[Edge], face: &Face) -> Measure {
+pub fn measure(sheet: &Sheet, edges: &Edges, face: &Face) -> Measure {
     let lines: Vec<Vec<Vec3>> = face.bounds.iter().map(|b| line(edges, &b.uses)).collect();
     let mut vector = Vec3::zeros();
     for points in &lines {
@@ -86,10 +86,10 @@ pub fn measure(sheet: &Sheet, edges: &[Edge], face: &Face) -> Measure {
 }
 
 /// The points of a line, closely.
-pub fn line(edges: &[Edge], uses: &[super::edge::Use]) -> Vec<Vec3> {
+pub fn line(edges: &Edges, uses: &[Use]) -> Vec<Vec3> {
     let mut out = Vec::new();
     for u in uses {
-        let edge = &edges[u.edge];
+        let edge = edges.get(u.edge);
         let mut points = edge.points();
         if !u.forward {
             points.reverse();

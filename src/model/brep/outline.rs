@@ -28,7 +28,7 @@ pub struct Outline {
     pub loops: Vec<Loop>,
     /// Size of a cell.
     pub cell: Uv,
-    /// Area of the cells within, in the chart.
+    /// Area of the surface within.
     pub area: f64,
 }
 
@@ -126,6 +126,17 @@ impl Raster {
         let inside = *told.select_nth_unstable_by(middle, f64::total_cmp).1;
         self.values = blurred.into_iter().map(|v| v.min(inside) - inside / 2.0).collect();
         Some(())
+    }
+
+    /// Area of the surface whose cells are within.
+    fn area(&self, sheet: &Sheet) -> f64 {
+        let within = self.values.iter().enumerate().filter(|(_, v)| **v >= 0.0);
+        let of = |(i, _): (usize, &f64)| {
+            let at = [i % self.size[0], i / self.size[0]];
+            let c = std::array::from_fn(|k| self.low[k] + at[k] as f64 * self.cell[k]);
+            self.cell[0] * self.cell[1] / sheet.stretch(&sheet.at(c))
+        };
+        within.map(of).sum()
     }
 
     fn value(&self, c: [i64; 2]) -> f64 {
@@ -232,7 +243,7 @@ pub fn outline(sheet: &Sheet, points: &[Vec3], spacing: f64) -> Option<Outline> 
     loops.retain(|l| {
         l.turns != [0, 0] || twice_area(&l.places).abs() > 2.0 * LEAST_CELLS * cell[0] * cell[1]
     });
-    let area = raster.values.iter().filter(|v| **v >= 0.0).count() as f64 * cell[0] * cell[1];
+    let area = raster.area(sheet);
     Some(Outline { loops, cell, area })
 }
 

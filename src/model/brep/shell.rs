@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::edge::Edge;
+use super::edge::{Edge, Edges};
 use super::face::Face;
 use super::measure::measure;
 use super::part::Part;
@@ -119,7 +119,7 @@ fn finished(
         let volume = |f: &usize| {
             part.sheets[faces[*f].region]
                 .as_ref()
-                .map_or(0.0, |s| measure(s, edges, &faces[*f]).volume)
+                .map_or(0.0, |s| measure(s, &Edges::all(edges), &faces[*f]).volume)
         };
         group.iter().map(|f| sign(f) * volume(f)).sum()
     } else {

@@ -40,7 +40,8 @@ pub fn surface(
             let w = sheet.frame.column(2).into_owned();
             // A small face has the poles and the seam away from it; a larger one a pole in its middle, not on its border.
             let is_small = |p: &Vec3| (p - sheet.origin).dot(&w) > SMALL * s.radius;
-            let (axis, x) = if !border.is_empty() && border.iter().all(is_small) { (u, -w) } else { (w, u) };
+            let (axis, x) =
+                if !border.is_empty() && border.iter().all(is_small) { (u, -w) } else { (w, u) };
             let at = out.placement(&s.center, &axis, &x);
             out.add(&format!("SPHERICAL_SURFACE('',{at},{})", real(s.radius)))
         }

@@ -37,7 +37,11 @@ pub struct Shell {
 impl Surface {
     fn of(file: &File, id: usize) -> Self {
         let (kind, p) = &file.all[&id];
-        let numbers = |p: &[Value]| p.iter().filter_map(|v| if let Value::Number(x) = v { Some(*x) } else { None }).collect();
+        let numbers = |p: &[Value]| {
+            p.iter()
+                .filter_map(|v| if let Value::Number(x) = v { Some(*x) } else { None })
+                .collect()
+        };
         if kind == "SURFACE_OF_LINEAR_EXTRUSION" {
             let ellipse = file.get(p[1].id(), "ELLIPSE");
             let (origin, axes) = file.placement(ellipse[1].id());
@@ -45,7 +49,12 @@ impl Surface {
         }
         if kind.is_empty() {
             // An ellipsoid's spline: not measured here.
-            return Self { kind: "SPLINE".into(), origin: Vec3::zeros(), axes: [Vec3::x(), Vec3::y(), Vec3::z()], sizes: vec![] };
+            return Self {
+                kind: "SPLINE".into(),
+                origin: Vec3::zeros(),
+                axes: [Vec3::x(), Vec3::y(), Vec3::z()],
+                sizes: vec![],
+            };
         }
         let (origin, axes) = file.placement(p[1].id());
         Self { kind: kind.clone(), origin, axes, sizes: numbers(p) }
@@ -139,14 +148,19 @@ impl Face {
                 let e = file.get(edge, "EDGE_CURVE");
                 assert!(e[4].is_true());
                 let mut vertices = [e[1].id(), e[2].id()];
-                let mut own = sample(file, e[3].id(), file.vertex(vertices[0]), file.vertex(vertices[1]));
+                let mut own =
+                    sample(file, e[3].id(), file.vertex(vertices[0]), file.vertex(vertices[1]));
                 for (x, v) in [(own[0], vertices[0]), (own[STEPS], vertices[1])] {
                     let gap = (x - file.vertex(v)).norm();
                     assert!(gap < tolerance, "edge #{edge} ends {gap:e} off its vertex #{v}");
                 }
                 for x in &own {
                     let off = surface.distance(x);
-                    assert!(off < tolerance, "edge #{edge} is {off:e} off face #{id}, {}", p[0].text());
+                    assert!(
+                        off < tolerance,
+                        "edge #{edge} is {off:e} off face #{id}, {}",
+                        p[0].text()
+                    );
                 }
                 if !forward {
                     own.reverse();
@@ -213,7 +227,8 @@ impl Face {
             "TOROIDAL_SURFACE" => {
                 let (major, minor) = (s.sizes[0], s.sizes[1]);
                 let v = h.atan2(r - major);
-                let own = major * minor * v + (major * major + minor * minor) * v.sin()
+                let own = major * minor * v
+                    + (major * major + minor * minor) * v.sin()
                     + major * minor * (v / 2.0 + (2.0 * v).sin() / 4.0);
                 [minor * (major * v + minor * v.sin()), minor * own]
             }
@@ -224,7 +239,8 @@ impl Face {
 
 /// The shells of a file, every edge of which lies on its faces' surfaces and every line of which is closed.
 pub fn shells(file: &File, tolerance: f64) -> Vec<Shell> {
-    let products: Vec<(&str, &str)> = file.named("PRODUCT").map(|(_, p)| (p[0].text(), p[2].text())).collect();
+    let products: Vec<(&str, &str)> =
+        file.named("PRODUCT").map(|(_, p)| (p[0].text(), p[2].text())).collect();
     let mut out = Vec::new();
     for (kind, closed) in [("CLOSED_SHELL", true), ("OPEN_SHELL", false)] {
         for (_, p) in file.named(kind) {
@@ -250,8 +266,13 @@ impl Shell {
     /// 2 - b.
     pub fn genus(&self, file: &File) -> i64 {
         let uses = self.uses();
-        let mut vertices: Vec<usize> =
-            uses.keys().flat_map(|e| { let p = file.get(*e, "EDGE_CURVE"); [p[1].id(), p[2].id()] }).collect();
+        let mut vertices: Vec<usize> = uses
+            .keys()
+            .flat_map(|e| {
+                let p = file.get(*e, "EDGE_CURVE");
+                [p[1].id(), p[2].id()]
+            })
+            .collect();
         vertices.sort_unstable();
         vertices.dedup();
         let faces: i64 = self.faces.iter().map(|f| 2 - f.lines.len() as i64).sum();

@@ -132,7 +132,11 @@ impl File {
     pub fn placement(&self, id: usize) -> (Vec3, [Vec3; 3]) {
         let p = self.get(id, "AXIS2_PLACEMENT_3D");
         let [o, z, x] = [1, 2, 3].map(|k| self.vector(p[k].id()));
-        assert!(x.dot(&z).abs() < 1e-12 && (x.norm() - 1.0).abs() < 1e-12 && (z.norm() - 1.0).abs() < 1e-12);
+        assert!(
+            x.dot(&z).abs() < 1e-12
+                && (x.norm() - 1.0).abs() < 1e-12
+                && (z.norm() - 1.0).abs() < 1e-12
+        );
         (o, [x, z.cross(&x), z])
     }
 
