@@ -90,7 +90,8 @@ fn of_joint(
         labels.sort_unstable();
         for l in labels {
             let (a, b) = (curve.points[k], curve.points[j]);
-            let Some(sheet) = cutting(part, joints, smooth, joint.pair, l as usize, &a) else {
+            let Some(sheet) = cutting(part, joints, smooth, joint.pair, l as usize, [&a, &b])
+            else {
                 continue;
             };
             let (va, vb) = (sheet.value(&a), sheet.value(&b));
@@ -103,24 +104,28 @@ fn of_joint(
     out
 }
 
-/// The sheet whose sign tells on which side of a third region a place of a joint is.
+/// The sheet whose sign tells on which side of a third region a step of a joint's curve begins and ends: its surface, or, where it
+/// runs smoothly into one of the two, the sheet across that joint which the curve crosses most steeply.
 fn cutting(
     part: &Part,
     joints: &[Joint],
     smooth: &BTreeMap<[usize; 2], Vec<usize>>,
     pair: [usize; 2],
     third: usize,
-    x: &Vec3,
+    step: [&Vec3; 2],
 ) -> Option<Sheet> {
     let own = part.sheets[third].as_ref()?;
-    let nearest = pair
+    let x = step[0];
+    let along = step[1] - x;
+    let across = pair
         .iter()
         .filter_map(|&r| smooth.get(&[r.min(third), r.max(third)]))
         .flatten()
-        .map(|&k| (joints[k].curve.locate(x).1, k))
-        .filter(|(off, k)| *off < 3.0 * part.reach(joints[*k].pair))
-        .min_by(|a, b| a.0.total_cmp(&b.0));
-    Some(nearest.map_or(*own, |(_, k)| joints[k].curve.sheets[1]))
+        .map(|&k| &joints[k])
+        .filter(|joint| joint.curve.locate(x).1 < 3.0 * part.reach(joint.pair))
+        .map(|joint| (joint.curve.sheets[1].normal(x).dot(&along).abs(), joint.curve.sheets[1]));
+    let steepest = across.max_by(|a, b| a.0.total_cmp(&b.0));
+    Some(steepest.map_or(*own, |(_, sheet)| sheet))
 }
 
 /// Where a joint's curve crosses a sheet between its points `k` and the next; `first` is the sheet's value at `k`.
