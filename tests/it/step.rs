@@ -4,7 +4,7 @@ use conicoid::geometry::{PointCloud, Vec3};
 use conicoid::model::{Source, step};
 use conicoid::segment::{Parameters, Segmentation, Silent, segment};
 
-use super::support::solid::{Shell, shells};
+use super::support::solid::{Shell, hemisphere, shells};
 use super::support::step::File;
 use super::support::truth::{Random, cad};
 
@@ -104,6 +104,39 @@ fn a_box_without_its_lid_is_open_and_says_where() {
     assert_eq!(open, expected);
     let uses = shell.uses();
     assert!(uses.values().all(|u| u[0] <= 1 && u[1] <= 1));
+}
+
+#[test]
+fn a_dome_on_a_pipe_shares_a_circle_with_it_and_the_pipe_ends_in_another() {
+    let mut random = Random::new(5);
+    let radius = 8.0;
+    let mut points = Vec::new();
+    for _ in 0..9000 {
+        let (sin, cos) = random.uniform(0.0, std::f64::consts::TAU).sin_cos();
+        points.push(Vec3::new(radius * cos, radius * sin, random.uniform(-20.0, 0.0)));
+    }
+    while points.len() < 12_600 {
+        let d = random.direction();
+        if d.z > 0.0 {
+            points.push(d * radius);
+        }
+    }
+    let turn = random.rotation();
+    let points: Vec<Vec3> = points.iter().map(|p| turn * p + 0.005 * random.normal3()).collect();
+    let file = File::read(&text(&points, &found(&points)));
+    let all = shells(&file, 0.01);
+    let [shell] = &all[..] else { panic!("{} shells", all.len()) };
+    assert!(!shell.closed && shell.faces.len() == 2);
+    assert_eq!(file.named("EDGE_CURVE").count(), 2);
+    assert_eq!(file.named("CIRCLE").count() + file.named("ELLIPSE").count(), 2);
+    for face in &shell.faces {
+        let truth = match face.surface.kind.as_str() {
+            "SPHERICAL_SURFACE" => hemisphere(radius),
+            _ => std::f64::consts::TAU * radius * 20.0,
+        };
+        let area = face.measure().0;
+        assert!((area / truth - 1.0).abs() < 0.01, "{}: {area} {truth}", face.name);
+    }
 }
 
 #[test]

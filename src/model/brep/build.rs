@@ -41,7 +41,7 @@ impl Model {
         let inner = vertices.len();
         let mut all = arcs(&part, &joints, &cuts, &mut vertices);
         let odd = settle(&joints, &mut all, |c| c >= inner);
-        super::mend::mend(&part, &mut joints, &mut all, &vertices, odd);
+        super::mend::mend(&part, &mut joints, &mut all, &mut vertices, odd);
         let mut edges = edges(&joints, &all);
         let regions: Vec<usize> =
             (0..part.sheets.len()).filter(|&r| part.sheets[r].is_some()).collect();

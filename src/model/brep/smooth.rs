@@ -165,8 +165,8 @@ mod tests {
         Sheet::new(&s, &Vec3::zeros())
     }
 
-    #[test]
-    fn joints_of_surfaces_that_touch_lie_on_both() {
+    /// Two surfaces that touch, and a place near their joint.
+    fn touching() -> Vec<(Surface, Surface, Vec3)> {
         let (x, y, z, o) = (Vec3::x(), Vec3::y(), Vec3::z(), Vec3::zeros());
         let pipe = Surface::Cylinder(Cylinder { axis_point: o, axis_direction: z, radius: 3.0 });
         let elliptic = |p: Vec3, a: [f64; 2]| {
@@ -182,7 +182,7 @@ mod tests {
         };
         let (sin, cos) = 0.5f64.sin_cos();
         let cone = Surface::Cone(Cone { apex: o, axis_direction: z, half_angle: 0.5 });
-        let cases = [
+        vec![
             (Surface::Plane(Plane { point: 3.0 * x, normal: x }), pipe, Vec3::new(3.0, 0.1, 1.0)),
             (pipe, Surface::Sphere(Sphere { center: z, radius: 3.0 }), Vec3::new(3.0, 0.1, 1.2)),
             (pipe, ring(9.0 * x, y, 9.0), Vec3::new(3.0, 0.0, 0.1)),
@@ -228,7 +228,12 @@ mod tests {
                 }),
                 Vec3::new(4.0, 0.1, 1.1),
             ),
-        ];
+        ]
+    }
+
+    #[test]
+    fn joints_of_surfaces_that_touch_lie_on_both() {
+        let cases = touching();
         for (k, (a, b, near)) in cases.into_iter().enumerate() {
             let (a, b) = (sheet(a), sheet(b));
             let [f, g] = across(&a, &b, &near).unwrap_or_else(|| panic!("case {k}"));

@@ -70,10 +70,7 @@ pub fn surface(
     }
 }
 
-/// An ellipsoid as a rational spline of degree two: the unit sphere's stereographic map from the place opposite of the points'
-/// middle, which has neither pole nor seam, stretched to the semi-axes.
-///
-/// x = 2s/w, y = 2t/w, z = (1 - s2 - t2)/w with w = 1 + s2 + t2; with a knot at nought all weights are at least one.
+/// An ellipsoid as a rational spline of degree two.
 fn ellipsoid(out: &mut Entities, sheet: &Sheet, centre: &Vec3, border: &[Vec3]) -> Id {
     /// The map reaches this much further than the borders.
     const MARGIN: f64 = 1.1;
@@ -82,28 +79,75 @@ fn ellipsoid(out: &mut Entities, sheet: &Sheet, centre: &Vec3, border: &[Vec3]) 
         (d.x.abs().max(d.y.abs())) / (1.0 + d.z).max(1e-6)
     };
     let a = MARGIN * border.iter().map(reach).fold(1.0, f64::max);
-    let linear = [-a, -a / 2.0, 0.0, a / 2.0, a];
-    let square = [a * a, 0.0, 0.0, 0.0, a * a];
-    let (mut rows, mut weights) = (Vec::new(), Vec::new());
-    for i in 0..5 {
-        let mut row = Vec::new();
-        let mut w = Vec::new();
-        for j in 0..5 {
-            let weight = 1.0 + square[i] + square[j];
-            let d =
-                Vec3::new(2.0 * linear[i], 2.0 * linear[j], 1.0 - square[i] - square[j]) / weight;
-            row.push(out.point(&(centre + sheet.from_unit(&(sheet.frame * d)))));
-            w.push(weight);
-        }
-        rows.push(list(row));
-        weights.push(reals(w));
-    }
+    let (poles, weights) = patch(sheet, a);
+    let rows = poles.map(|row| list(row.map(|p| out.point(&(centre + p))))).join(",");
+    let weights = weights.map(reals).join(",");
     let knots = reals([-a, 0.0, a]);
     out.add(&format!(
-        "(BOUNDED_SURFACE() B_SPLINE_SURFACE(2,2,({}),.UNSPECIFIED.,.F.,.F.,.F.) \
+        "(BOUNDED_SURFACE() B_SPLINE_SURFACE(2,2,({rows}),.UNSPECIFIED.,.F.,.F.,.F.) \
          B_SPLINE_SURFACE_WITH_KNOTS((3,2,3),(3,2,3),{knots},{knots},.UNSPECIFIED.) \
-         GEOMETRIC_REPRESENTATION_ITEM() RATIONAL_B_SPLINE_SURFACE(({})) REPRESENTATION_ITEM('') SURFACE())",
-        rows.join(","),
-        weights.join(",")
+         GEOMETRIC_REPRESENTATION_ITEM() RATIONAL_B_SPLINE_SURFACE(({weights})) REPRESENTATION_ITEM('') SURFACE())"
     ))
+}
+
+/// Poles and weights of an ellipsoid: the unit sphere's stereographic map from the place opposite of the points' middle, over the
+/// square of half side `a`, stretched to the semi-axes. It has neither pole nor seam.
+///
+/// x = 2s/w, y = 2t/w, z = (1 - s2 - t2)/w with w = 1 + s2 + t2; with a knot at nought all weights are at least one.
+fn patch(sheet: &Sheet, a: f64) -> ([[Vec3; 5]; 5], [[f64; 5]; 5]) {
+    let linear = [-a, -a / 2.0, 0.0, a / 2.0, a];
+    let square = [a * a, 0.0, 0.0, 0.0, a * a];
+    let weight = |i: usize, j: usize| 1.0 + square[i] + square[j];
+    let pole = |i: usize, j: usize| {
+        let d = Vec3::new(2.0 * linear[i], 2.0 * linear[j], 1.0 - square[i] - square[j]);
+        sheet.from_unit(&(sheet.frame * (d / weight(i, j))))
+    };
+    (
+        std::array::from_fn(|i| std::array::from_fn(|j| pole(i, j))),
+        std::array::from_fn(|i| std::array::from_fn(|j| weight(i, j))),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Ellipsoid;
+
+    #[test]
+    fn every_place_of_the_rational_patch_lies_on_the_ellipsoid() {
+        let (u, v, w) = (Vec3::y(), Vec3::z(), Vec3::x());
+        let e = Ellipsoid {
+            center: Vec3::new(1.0, 2.0, 3.0),
+            semi_axes: [7.0, 5.0, 2.0],
+            semi_axis_directions: [u, v, w],
+        };
+        let sheet = Sheet::new(&Surface::Ellipsoid(e), &Vec3::zeros());
+        let a = 3.0;
+        let (poles, weights) = patch(&sheet, a);
+        // The two pieces on either side of the knot, by Bernstein's polynomials.
+        let basis = |t: f64| {
+            let (first, s) = if t < 0.0 { (0, t / a + 1.0) } else { (2, t / a) };
+            (first, [(1.0 - s) * (1.0 - s), 2.0 * s * (1.0 - s), s * s])
+        };
+        let mut seen: f64 = 0.0;
+        for i in -10..=10 {
+            for j in -10..=10 {
+                let ((k, b), (l, c)) =
+                    (basis(a * f64::from(i) / 10.0), basis(a * f64::from(j) / 10.0));
+                let (mut sum, mut weight) = (Vec3::zeros(), 0.0);
+                for m in 0..3 {
+                    for n in 0..3 {
+                        let share = b[m] * c[n] * weights[k + m][l + n];
+                        sum += poles[k + m][l + n] * share;
+                        weight += share;
+                    }
+                }
+                let x = sum / weight;
+                assert!(sheet.value(&x).abs() < 1e-13, "{i} {j}");
+                seen = seen.max((x - sheet.at([0.0, 0.0])).norm());
+            }
+        }
+        // It goes well beyond half of it.
+        assert!(seen > 3.5);
+    }
 }
