@@ -16,7 +16,7 @@ use crate::segment::judge::stability;
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::moves::adopt::adopt;
 use crate::segment::moves::converge;
-use crate::segment::objective::{FEW, LITTLE, PART};
+use crate::segment::objective::{FEW, HALF, LITTLE, PART};
 use crate::segment::partition::{Partition, members, retain};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor, Parameters, Stage};
@@ -66,6 +66,7 @@ pub fn discover(
             break;
         }
         left.open.iter().zip(labels).for_each(|(&i, l)| model.labels[i as usize] = l);
+
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
@@ -76,7 +77,7 @@ pub fn discover(
             (left, seen) = (Left::of(scene.len()), true);
             continue;
         }
-        model.thin = thin(&model.labels, model.shapes.len(), enough, LITTLE.get());
+        model.thin = thin(&model.labels, families, enough, LITTLE.get());
         if model.thin.is_some() {
             break;
         }
@@ -90,10 +91,21 @@ pub fn discover(
         }
         pass += 1;
     }
-    if !all {
-        model.spurious = stability::spurious(scene, families, &model.labels, model.shapes.len());
+    if !all || families.rougher {
+        model.spurious = spurious(scene, families, &model);
     }
     Ok(model)
+}
+
+/// The regions that are no surfaces: growth from elsewhere in them ends elsewhere. They keep their points from flowing to
+/// their neighbours, and are not reported. None where most are surfaces: narrow faces hardly tell, and there it is a
+/// face rather than freeform. Of what smooth noise leaves beside finer surfaces nothing is taken for granted.
+fn spurious(scene: &Scene, families: &Families, model: &Partition) -> Vec<bool> {
+    let groups = members(&model.labels, model.shapes.len());
+    let unstable = stability::unstable(scene, families, &model.shapes, &groups);
+    let count = unstable.iter().filter(|u| **u).count() as f64;
+    let strict = families.rougher && families.common > 0.0;
+    if strict || count > HALF.get() * unstable.len() as f64 { unstable } else { Vec::new() }
 }
 
 /// The hypotheses chosen among those of the whole scene and its first labels; `model` is thin where a denser sample with
@@ -110,11 +122,11 @@ fn first(
         model.thin = Some(enough / 2);
         return Ok((Vec::new(), Vec::new()));
     };
-    if families.common > 0.0 {
+    if families.common > 0.0 || families.rougher {
         model.allowed = families.sigma;
     }
     let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
-    model.thin = thin(&labels, chosen.len(), enough, PART.get());
+    model.thin = thin(&labels, families, enough, PART.get());
     Ok((chosen, labels))
 }
 
@@ -183,8 +195,13 @@ impl Left {
     }
 }
 
-/// Points of the surfaces with the fewest, where more than a `share` of them have fewer than `enough`.
-fn thin(labels: &[i32], surfaces: usize, enough: usize, share: f64) -> Option<usize> {
+/// Points of the surfaces with the fewest, where more than a `share` of them have fewer than `enough`. Where neighbours
+/// share their noise a denser sample hardly says more, and what surfaces leave is looked at by itself.
+fn thin(labels: &[i32], families: &Families, enough: usize, share: f64) -> Option<usize> {
+    if families.common > 0.0 {
+        return None;
+    }
+    let surfaces = labels.iter().max().map_or(0, |l| (l + 1) as usize);
     let mut sizes: Vec<usize> = members(labels, surfaces).iter().map(Vec::len).collect();
     sizes.sort_unstable();
     let few = sizes.partition_point(|s| *s < enough);
@@ -217,7 +234,7 @@ fn drop_unsound(scene: &Scene, model: &mut Partition, families: &Families, last:
     if families.common > 0.0 {
         // How much neighbours have in common differs from surface to surface.
         groups.iter_mut().zip(&bridge).filter(|g| !g.1).for_each(|(g, _)| g.clear());
-        let unstable = stability::unstable(scene, families, &groups);
+        let unstable = stability::unstable(scene, families, &model.shapes, &groups);
         bridge.iter_mut().zip(unstable).for_each(|(b, unstable)| *b &= unstable);
     }
     let keep: Vec<bool> = model
