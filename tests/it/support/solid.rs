@@ -184,6 +184,7 @@ impl Face {
         let s = &self.surface;
         // Lines run around the face's normal; the integrals are about the surface's.
         let sign = if self.same_sense { 1.0 } else { -1.0 };
+        let reference = self.middle_of_tube();
         let (mut vector, mut sums, mut winding) = (Vec3::zeros(), [0.0; 2], 0.0);
         for line in &self.lines {
             for (a, b) in line.iter().zip(line.iter().cycle().skip(1)) {
@@ -194,7 +195,7 @@ impl Face {
                 step -= (step / TAU).round() * TAU;
                 winding += step * sign / TAU;
                 let middle = (a + b) / 2.0;
-                for (sum, f) in sums.iter_mut().zip(self.integrands(&middle)) {
+                for (sum, f) in sums.iter_mut().zip(self.integrands(&middle, reference)) {
                     *sum -= sign * f * step;
                 }
             }
@@ -216,8 +217,21 @@ impl Face {
         (area, sign * (own + about.dot(&vector)))
     }
 
+    /// The angle about a torus' tube in the middle of the face's lines.
+    fn middle_of_tube(&self) -> f64 {
+        let s = &self.surface;
+        let major = s.sizes.first().copied().unwrap_or_default();
+        let (mut x, mut y) = (0.0, 0.0);
+        for p in self.lines.iter().flatten() {
+            let (r, h) = s.polar(p);
+            let d = (r - major).hypot(h);
+            (x, y) = (x + (r - major) / d, y + h / d);
+        }
+        y.atan2(x)
+    }
+
     /// What is summed times the step of the angle: for the area, and for x.n about the origin.
-    fn integrands(&self, x: &Vec3) -> [f64; 2] {
+    fn integrands(&self, x: &Vec3, reference: f64) -> [f64; 2] {
         let s = &self.surface;
         let (r, h) = s.polar(x);
         match s.kind.as_str() {
@@ -226,7 +240,8 @@ impl Face {
             "SPHERICAL_SURFACE" => [s.sizes[0] * h, 0.0],
             "TOROIDAL_SURFACE" => {
                 let (major, minor) = (s.sizes[0], s.sizes[1]);
-                let v = h.atan2(r - major);
+                let mut v = h.atan2(r - major);
+                v -= ((v - reference) / TAU).round() * TAU;
                 let own = major * minor * v
                     + (major * major + minor * minor) * v.sin()
                     + major * minor * (v / 2.0 + (2.0 * v).sin() / 4.0);
