@@ -140,6 +140,36 @@ fn a_dome_on_a_pipe_shares_a_circle_with_it_and_the_pipe_ends_in_another() {
 }
 
 #[test]
+fn bodies_of_one_surface_are_solids() {
+    let mut random = Random::new(6);
+    let mut points = Vec::new();
+    while points.len() < 6000 {
+        // Evenly over the ellipsoid: its area for each of the sphere's, over the largest.
+        let (d, axes) = (random.direction(), Vec3::new(14.0, 10.0, 7.0));
+        if random.uniform(0.0, 1.0) < 7.0 * d.component_div(&axes).norm() {
+            points.push(d.component_mul(&axes));
+        }
+    }
+    points.extend((0..5000).map(|_| 9.0 * random.direction() + Vec3::new(60.0, 0.0, 0.0)));
+    while points.len() < 18_000 {
+        let [u, v] = [0; 2].map(|_| random.uniform(0.0, std::f64::consts::TAU));
+        let r = 15.0 + 5.0 * v.cos();
+        if random.uniform(0.0, 20.0) < r {
+            points.push(Vec3::new(r * u.cos(), 70.0 + r * u.sin(), 5.0 * v.sin()));
+        }
+    }
+    points.iter_mut().for_each(|p| *p += 0.01 * random.normal3());
+    let file = File::read(&text(&points, &found(&points)));
+    let all = shells(&file, 1e-6);
+    assert!(all.len() == 3 && all.iter().all(|s| s.closed));
+    // The ellipsoid is two halves with one ellipse around; ball and ring have no border.
+    assert_eq!((file.named("EDGE_CURVE").count(), file.named("VERTEX_LOOP").count()), (1, 2));
+    let halves = all.iter().find(|s| s.faces.len() == 2).unwrap();
+    expect_closed(halves);
+    assert_eq!(halves.genus(&file), 0);
+}
+
+#[test]
 fn machined_parts_are_solids_of_their_volume() {
     for (name, n, sigma) in [
         ("flange", 60_000, 0.02),

@@ -1,6 +1,7 @@
 //! The closed lines around one region: chains of shared edges, and free ones where they leave off.
 
 use super::chain::{Chain, chains, in_chart};
+use super::curve::Curve;
 use super::edge::{Edge, Edges, OWN, Use};
 use super::face::{Bound, Face, faces};
 use super::free::{Piece, around};
@@ -8,7 +9,7 @@ use super::measure::measure;
 use super::outline::{Outline, outline};
 use super::part::Part;
 use super::sheet::Sheet;
-use crate::geometry::Vec3;
+use crate::geometry::{Surface, Vec3};
 
 /// Points that tell a region's outline, at most.
 const OUTLINED: usize = 60_000;
@@ -108,11 +109,30 @@ impl Draft<'_> {
         let bounds: Vec<Bound> = lines.into_iter().map(bound).collect();
         let faces =
             faces(self.region, self.sheet, bounds).ok_or("its borders do not fit together")?;
+        let faces = self.halved(faces);
         if apart.is_none() {
             self.check_points(&faces)?;
         }
         self.check_area(&faces, apart.is_none())?;
         Ok(Bounded { faces, own: self.own, vertices: self.vertices, apart })
+    }
+
+    /// A whole ellipsoid in two halves: no spline goes all round it without a pole.
+    fn halved(&mut self, faces: Vec<Face>) -> Vec<Face> {
+        let Surface::Ellipsoid(_) = &self.sheet.surface else { return faces };
+        let Some(curve) = faces[0].bounds.is_empty().then(|| equator(self.sheet)).flatten() else {
+            return faces;
+        };
+        let start = curve.points[0];
+        let line = self.add(vec![Piece { curve, ends: [start; 2] }], None);
+        let half = |forward: bool| {
+            let uses: Vec<Use> = line.iter().map(|u| Use { forward, ..*u }).collect();
+            let (places, turns) = in_chart(&self.all(), &uses, self.sheet);
+            let bound = Bound { uses, places, turns };
+            let has_outer = bound.is_outer();
+            Face { region: self.region, bounds: vec![bound], has_outer, flipped: false }
+        };
+        vec![half(true), half(false)]
     }
 
     fn all(&self) -> Edges<'_> {
@@ -184,4 +204,14 @@ impl Draft<'_> {
         }
         Ok(())
     }
+}
+
+/// The ellipse around an ellipsoid halfway between the middle of its chart and the far end.
+fn equator(sheet: &Sheet) -> Option<Curve> {
+    let start = sheet.at([2f64.sqrt() * sheet.scale[0], 0.0]);
+    let other = sheet.at([0.0, 2f64.sqrt() * sheet.scale[1]]);
+    let normal = (start - sheet.origin).cross(&(other - sheet.origin)).normalize();
+    let across = Sheet::plane(sheet.origin, normal);
+    let most = sheet.radius() / 4.0;
+    Curve::through(sheet, &across, start, most, |_| true).filter(|c| c.closed)
 }

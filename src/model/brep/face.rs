@@ -35,7 +35,8 @@ impl Bound {
         self.turns != [0, 0]
     }
 
-    fn is_outer(&self) -> bool {
+    /// Whether it closes in the chart, counter-clockwise.
+    pub fn is_outer(&self) -> bool {
         !self.winds() && twice_area(&self.places) > 0.0
     }
 

@@ -7,7 +7,9 @@ use crate::geometry::{Surface, Vec3};
 
 /// Holes smaller than this many cells are gaps between points.
 const LEAST_HOLE: f64 = 12.0;
-/// A cone has its apex where there are points within this many spacings of the axis.
+/// The rim of a ball's chart is within this many cells of the far end where there is no border.
+const FAR: f64 = 8.0;
+/// A cone has its apex, and a ball its far end, where there are points within this many spacings.
 const APEX: f64 = 2.5;
 
 impl Draft<'_> {
@@ -55,8 +57,10 @@ impl Draft<'_> {
             return false;
         };
         let far = self.sheet.at([2.0 * self.sheet.scale[0], 0.0]);
-        let most = 4.0 * self.outline.cell[0];
-        line.places.iter().all(|c| (self.sheet.at(*c) - far).norm() < most)
+        let near = APEX * self.part.spacing[self.region];
+        let most = FAR * self.outline.cell[0];
+        self.part.points[self.region].iter().any(|p| (p - far).norm() < near)
+            && line.places.iter().all(|c| (self.sheet.at(*c) - far).norm() < most)
     }
 
     /// Whether a line around a cone's axis is the one next to an apex up to which there are points.

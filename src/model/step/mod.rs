@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 
 use crate::geometry::Vec3;
 use crate::model::brep::build::Model;
-use crate::model::brep::edge::Use;
+use crate::model::brep::edge::{Edges, Use};
 use crate::model::brep::face::Face;
+use crate::model::brep::measure::line;
 use crate::model::brep::part::Source;
 use crate::segment::Region;
 
@@ -77,19 +78,10 @@ impl<'a> Bodies<'a> {
         let model = self.model;
         let sheet = model.sheets[face.region].as_ref()?;
         let region = &self.regions[face.region];
-        let border: Vec<Vec3> = face
-            .bounds
-            .iter()
-            .flat_map(|b| &b.uses)
-            .flat_map(|u| model.edges[u.edge].points())
-            .collect();
-        let surface = surface::surface(
-            &mut self.out,
-            region.surface.as_ref()?,
-            sheet,
-            &model.centre,
-            &border,
-        );
+        let edges = Edges::all(&model.edges);
+        let lines: Vec<Vec<Vec3>> = face.bounds.iter().map(|b| line(&edges, &b.uses)).collect();
+        let exact = region.surface.as_ref()?;
+        let surface = surface::surface(&mut self.out, exact, sheet, &model.centre, &lines);
         let mut bounds = Vec::new();
         for (k, bound) in face.bounds.iter().enumerate() {
             let edges = self.line(&bound.uses, face.flipped);

@@ -1,6 +1,6 @@
 //! Surfaces as STEP entities.
 
-use crate::geometry::{Surface, Vec3};
+use crate::geometry::{Mat3, Surface, Vec3, perpendicular_frame};
 use crate::model::brep::sheet::Sheet;
 
 use super::file::{Entities, Id, list, real, reals};
@@ -9,13 +9,14 @@ use super::file::{Entities, Id, list, real, reals};
 const SMALL: f64 = 0.25;
 
 /// A region's surface, with the parameters of the result; `sheet` tells where the points are, so that the place where the
-/// surface closes is away from them. `points` are those of the face's borders.
+/// surface closes is away from them. `lines` are the points around the face,
+/// which lies on their left.
 pub fn surface(
     out: &mut Entities,
     exact: &Surface,
     sheet: &Sheet,
     centre: &Vec3,
-    border: &[Vec3],
+    lines: &[Vec<Vec3>],
 ) -> Id {
     let (u, v) = (sheet.frame.column(0).into_owned(), sheet.frame.column(1).into_owned());
     let (sin, cos) = sheet.start[0].sin_cos();
@@ -40,8 +41,11 @@ pub fn surface(
             let w = sheet.frame.column(2).into_owned();
             // A small face has the poles and the seam away from it; a larger one a pole in its middle, not on its border.
             let is_small = |p: &Vec3| (p - sheet.origin).dot(&w) > SMALL * s.radius;
-            let (axis, x) =
-                if !border.is_empty() && border.iter().all(is_small) { (u, -w) } else { (w, u) };
+            let (axis, x) = if !lines.is_empty() && lines.iter().flatten().all(is_small) {
+                (u, -w)
+            } else {
+                (w, u)
+            };
             let at = out.placement(&s.center, &axis, &x);
             out.add(&format!("SPHERICAL_SURFACE('',{at},{})", real(s.radius)))
         }
@@ -66,19 +70,20 @@ pub fn surface(
             let vector = out.add(&format!("VECTOR('',{axis},1.0)"));
             out.add(&format!("SURFACE_OF_LINEAR_EXTRUSION('',{ellipse},{vector})"))
         }
-        Surface::Ellipsoid(_) => ellipsoid(out, sheet, centre, border),
+        Surface::Ellipsoid(_) => ellipsoid(out, sheet, centre, lines),
     }
 }
 
 /// An ellipsoid as a rational spline of degree two.
-fn ellipsoid(out: &mut Entities, sheet: &Sheet, centre: &Vec3, border: &[Vec3]) -> Id {
+fn ellipsoid(out: &mut Entities, sheet: &Sheet, centre: &Vec3, lines: &[Vec<Vec3>]) -> Id {
     /// The map reaches this much further than the borders.
     const MARGIN: f64 = 1.1;
+    let sheet = &toward_face(sheet, lines);
     let reach = |p: &Vec3| {
         let d = sheet.frame.tr_mul(&sheet.on_unit(p)).normalize();
         (d.x.abs().max(d.y.abs())) / (1.0 + d.z).max(1e-6)
     };
-    let a = MARGIN * border.iter().map(reach).fold(1.0, f64::max);
+    let a = MARGIN * lines.iter().flatten().map(reach).fold(1.0, f64::max);
     let (poles, weights) = patch(sheet, a);
     let rows = poles.map(|row| list(row.map(|p| out.point(&(centre + p))))).join(",");
     let weights = weights.map(reals).join(",");
@@ -88,6 +93,20 @@ fn ellipsoid(out: &mut Entities, sheet: &Sheet, centre: &Vec3, border: &[Vec3]) 
          B_SPLINE_SURFACE_WITH_KNOTS((3,2,3),(3,2,3),{knots},{knots},.UNSPECIFIED.) \
          GEOMETRIC_REPRESENTATION_ITEM() RATIONAL_B_SPLINE_SURFACE(({weights})) REPRESENTATION_ITEM('') SURFACE())"
     ))
+}
+
+/// The same sheet with its frame's last direction toward the face that lies on the left of `lines`: the vector area of these on
+/// the unit sphere. The place opposite of it lies beyond them.
+fn toward_face(sheet: &Sheet, lines: &[Vec<Vec3>]) -> Sheet {
+    let mut vector = Vec3::zeros();
+    for line in lines {
+        for (a, b) in line.iter().zip(line.iter().cycle().skip(1)) {
+            vector += sheet.on_unit(a).cross(&sheet.on_unit(b));
+        }
+    }
+    let Some(w) = vector.try_normalize(1e-6) else { return *sheet };
+    let (u, v) = perpendicular_frame(&w);
+    Sheet { frame: Mat3::from_columns(&[u, v, w]), ..*sheet }
 }
 
 /// Poles and weights of an ellipsoid: the unit sphere's stereographic map from the place opposite of the points' middle, over the
