@@ -14,6 +14,7 @@ mod request;
 mod request_id;
 mod reread;
 mod segmentations;
+mod step;
 mod upload;
 
 pub use compute::{Answer, compute, sha256};

@@ -3,12 +3,11 @@ use std::io;
 use prost::Message;
 use rayon::prelude::*;
 
-use super::{Answer, Document, ErrorKind, ServiceError, message::v1};
+use super::{Answer, Document, ErrorKind, ServiceError, message::v1, step::step};
 use crate::formats::{
-    DIMENSIONS, Labelled, RegionRow, region_color, write_deviations_npy, write_labelled_ply,
-    write_labels_npy, write_points_csv, write_regions_csv,
+    DIMENSIONS, Labelled, RegionRow, write_deviations_npy, write_labelled_ply, write_labels_npy,
+    write_points_csv, write_regions_csv,
 };
-use crate::model::{self, Source};
 use crate::segment::{Region, deviations};
 
 /// A form in which a result can be told.
@@ -174,23 +173,6 @@ fn with_deviations(
     let labels = document.labels();
     let deviations = deviations(cloud, labels, &document.regions);
     write(&Labelled { cloud, labels, deviations: &deviations, fields })
-}
-
-/// The STEP file of an answer.
-fn step(answer: &Answer) -> String {
-    let Answer { document, cloud, .. } = answer;
-    let labels = document.labels();
-    let stored: Vec<i32> = match &cloud.input_index {
-        Some(index) => index.iter().map(|&i| labels[i as usize]).collect(),
-        None => labels.to_vec(),
-    };
-    let source = Source {
-        points: &cloud.points,
-        labels: &stored,
-        regions: &document.regions,
-        noise: document.parameters.noise_sigma.unwrap_or(0.0),
-    };
-    model::step(&source, &document.conicoid, region_color)
 }
 
 /// Labels whose text is written at once.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::edge::{Edge, Edges};
+use super::edge::{Edge, Edges, Use};
 use super::face::Face;
 use super::measure::measure;
 use super::part::Part;
@@ -38,46 +38,10 @@ pub fn shells(
     edges: &mut Vec<Edge>,
     faces: &mut [Face],
 ) -> Vec<Shell> {
-    let mut of = vec![usize::MAX; faces.len()];
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    loop {
-        let uses = uses(faces);
-        of.fill(usize::MAX);
-        groups.clear();
-        let mut wrong: BTreeSet<(usize, usize)> = BTreeSet::new();
-        for first in 0..faces.len() {
-            if of[first] != usize::MAX {
-                continue;
-            }
-            let id = groups.len();
-            (of[first], faces[first].flipped) = (id, false);
-            let (mut group, mut next) = (vec![first], 0);
-            while next < group.len() {
-                let k = group[next];
-                next += 1;
-                let own: Vec<(usize, bool)> = faces[k]
-                    .bounds
-                    .iter()
-                    .flat_map(|b| b.uses.iter().map(|u| (u.edge, u.forward)))
-                    .collect();
-                for (edge, forward) in own {
-                    for &(other, way) in uses.get(&edge).into_iter().flatten().filter(|o| o.0 != k)
-                    {
-                        let flipped = faces[k].flipped ^ (way == forward);
-                        if of[other] == usize::MAX {
-                            (of[other], faces[other].flipped) = (id, flipped);
-                            group.push(other);
-                        } else if faces[other].flipped != flipped {
-                            wrong.insert((edge, k.max(other)));
-                        }
-                    }
-                }
-            }
-            group.sort_unstable();
-            groups.push(group);
-        }
+    let groups = loop {
+        let (groups, wrong) = groups(faces);
         if wrong.is_empty() {
-            break;
+            break groups;
         }
         for (edge, face) in wrong {
             let copy = edges[edge].clone();
@@ -89,9 +53,44 @@ pub fn shells(
                 }
             }
         }
-    }
+    };
     let uses = uses(faces);
     groups.into_iter().map(|group| finished(regions, part, edges, faces, &uses, group)).collect()
+}
+
+/// Faces that hang together, each turned as its neighbours are, and the edges, with a face, at which that is not possible.
+fn groups(faces: &mut [Face]) -> (Vec<Vec<usize>>, BTreeSet<(usize, usize)>) {
+    let uses = uses(faces);
+    let mut of = vec![usize::MAX; faces.len()];
+    let (mut groups, mut wrong) = (Vec::new(), BTreeSet::new());
+    for first in 0..faces.len() {
+        if of[first] != usize::MAX {
+            continue;
+        }
+        let id = groups.len();
+        (of[first], faces[first].flipped) = (id, false);
+        let (mut group, mut next) = (vec![first], 0);
+        while next < group.len() {
+            let k = group[next];
+            next += 1;
+            let own: Vec<Use> = faces[k].bounds.iter().flat_map(|b| b.uses.clone()).collect();
+            for u in own {
+                let beside = uses.get(&u.edge).into_iter().flatten().filter(|o| o.0 != k);
+                for &(other, way) in beside {
+                    let flipped = faces[k].flipped ^ (way == u.forward);
+                    if of[other] == usize::MAX {
+                        (of[other], faces[other].flipped) = (id, flipped);
+                        group.push(other);
+                    } else if faces[other].flipped != flipped {
+                        wrong.insert((u.edge, k.max(other)));
+                    }
+                }
+            }
+        }
+        group.sort_unstable();
+        groups.push(group);
+    }
+    (groups, wrong)
 }
 
 fn finished(

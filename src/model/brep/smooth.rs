@@ -180,18 +180,15 @@ mod tests {
         let ring = |c: Vec3, w: Vec3, major_radius: f64| {
             Surface::Torus(Torus { center: c, axis_direction: w, major_radius, minor_radius: 3.0 })
         };
+        let flat = |point: Vec3, normal: Vec3| Surface::Plane(Plane { point, normal });
         let (sin, cos) = 0.5f64.sin_cos();
         let cone = Surface::Cone(Cone { apex: o, axis_direction: z, half_angle: 0.5 });
         vec![
-            (Surface::Plane(Plane { point: 3.0 * x, normal: x }), pipe, Vec3::new(3.0, 0.1, 1.0)),
+            (flat(3.0 * x, x), pipe, Vec3::new(3.0, 0.1, 1.0)),
             (pipe, Surface::Sphere(Sphere { center: z, radius: 3.0 }), Vec3::new(3.0, 0.1, 1.2)),
             (pipe, ring(9.0 * x, y, 9.0), Vec3::new(3.0, 0.0, 0.1)),
             (pipe, ring(z, z, 6.0), Vec3::new(3.0, 0.0, 1.1)),
-            (
-                Surface::Plane(Plane { point: 3.0 * z, normal: z }),
-                ring(o, z, 8.0),
-                Vec3::new(8.1, 0.0, 3.0),
-            ),
+            (flat(3.0 * z, z), ring(o, z, 8.0), Vec3::new(8.1, 0.0, 3.0)),
             (
                 pipe,
                 Surface::Cylinder(Cylinder { axis_point: 8.0 * x, axis_direction: z, radius: 5.0 }),

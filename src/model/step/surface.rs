@@ -38,14 +38,7 @@ pub fn surface(
             out.add(&format!("CONICAL_SURFACE('',{at},{},{})", real(radius), real(s.half_angle)))
         }
         Surface::Sphere(s) => {
-            let w = sheet.frame.column(2).into_owned();
-            // A small face has the poles and the seam away from it; a larger one a pole in its middle, not on its border.
-            let is_small = |p: &Vec3| (p - sheet.origin).dot(&w) > SMALL * s.radius;
-            let (axis, x) = if !lines.is_empty() && lines.iter().flatten().all(is_small) {
-                (u, -w)
-            } else {
-                (w, u)
-            };
+            let (axis, x) = ball_axes(sheet, s.radius, lines);
             let at = out.placement(&s.center, &axis, &x);
             out.add(&format!("SPHERICAL_SURFACE('',{at},{})", real(s.radius)))
         }
@@ -72,6 +65,15 @@ pub fn surface(
         }
         Surface::Ellipsoid(_) => ellipsoid(out, sheet, centre, lines),
     }
+}
+
+/// Axis of a sphere and direction of its seam: a small face has the poles and the seam away from it; a larger one a pole in its
+/// middle, not on its border.
+fn ball_axes(sheet: &Sheet, radius: f64, lines: &[Vec<Vec3>]) -> (Vec3, Vec3) {
+    let (u, w) = (sheet.frame.column(0).into_owned(), sheet.frame.column(2).into_owned());
+    let is_small = |p: &Vec3| (p - sheet.origin).dot(&w) > SMALL * radius;
+    let all = !lines.is_empty() && lines.iter().flatten().all(is_small);
+    if all { (u, -w) } else { (w, u) }
 }
 
 /// An ellipsoid as a rational spline of degree two.

@@ -1,6 +1,7 @@
 //! A service of its own for each test, clients for it, and small clouds.
 
 pub mod clouds;
+pub mod curves;
 pub mod solid;
 pub mod step;
 #[path = "../../clouds/mod.rs"]

@@ -1,0 +1,20 @@
+use super::Answer;
+use crate::formats::region_color;
+use crate::model::{self, Source};
+
+/// The STEP file of an answer.
+pub fn step(answer: &Answer) -> String {
+    let Answer { document, cloud, .. } = answer;
+    let labels = document.labels();
+    let stored: Vec<i32> = match &cloud.input_index {
+        Some(index) => index.iter().map(|&i| labels[i as usize]).collect(),
+        None => labels.to_vec(),
+    };
+    let source = Source {
+        points: &cloud.points,
+        labels: &stored,
+        regions: &document.regions,
+        noise: document.parameters.noise_sigma.unwrap_or(0.0),
+    };
+    model::step(&source, &document.conicoid, region_color)
+}
