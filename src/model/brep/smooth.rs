@@ -168,7 +168,10 @@ mod tests {
     /// Two surfaces that touch, and a place near their joint.
     fn touching() -> Vec<(Surface, Surface, Vec3)> {
         let (x, y, z, o) = (Vec3::x(), Vec3::y(), Vec3::z(), Vec3::zeros());
-        let pipe = Surface::Cylinder(Cylinder { axis_point: o, axis_direction: z, radius: 3.0 });
+        let tube = |axis_point: Vec3, radius: f64| {
+            Surface::Cylinder(Cylinder { axis_point, axis_direction: z, radius })
+        };
+        let pipe = tube(o, 3.0);
         let elliptic = |p: Vec3, a: [f64; 2]| {
             Surface::EllipticCylinder(EllipticCylinder {
                 axis_point: p,
@@ -189,11 +192,7 @@ mod tests {
             (pipe, ring(9.0 * x, y, 9.0), Vec3::new(3.0, 0.0, 0.1)),
             (pipe, ring(z, z, 6.0), Vec3::new(3.0, 0.0, 1.1)),
             (flat(3.0 * z, z), ring(o, z, 8.0), Vec3::new(8.1, 0.0, 3.0)),
-            (
-                pipe,
-                Surface::Cylinder(Cylinder { axis_point: 8.0 * x, axis_direction: z, radius: 5.0 }),
-                3.0 * x,
-            ),
+            (pipe, tube(8.0 * x, 5.0), 3.0 * x),
             (pipe, elliptic(8.0 * x, [5.0, 2.0]), Vec3::new(3.1, 0.2, 0.5)),
             (
                 elliptic(-2.0 * x, [2.0, 1.0]),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use conicoid::geometry::Vec3;
 
-use super::step::{File, Value};
+use super::step::File;
 
 /// Steps along an edge.
 pub const STEPS: usize = 400;
