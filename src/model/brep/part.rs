@@ -17,6 +17,9 @@ const GAP: f64 = 4.0;
 /// The largest such gap in radians, where a tube is hardly wider than the spacing.
 const MOST_GAP: f64 = 1.0;
 
+/// Labels beside a smooth joint are looked for this many spacings away at most, however far off they may be.
+const FUZZY: f64 = 8.0;
+
 /// A segmentation's regions and points.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
@@ -94,7 +97,8 @@ impl Part {
     /// How far beyond the border between two regions points of either are looked for.
     pub fn reach(&self, pair: [usize; 2]) -> f64 {
         let spacing = self.spacing[pair[0]].max(self.spacing[pair[1]]).min(3.0 * self.usual);
-        3.0 * spacing + self.smooth.get(&pair).copied().unwrap_or(0.0)
+        let fuzzy = self.smooth.get(&pair).copied().unwrap_or(0.0);
+        3.0 * spacing + fuzzy.min(FUZZY * self.usual)
     }
 }
 
