@@ -150,7 +150,8 @@ mod tests {
                 assert_eq!(super::form(&path).unwrap(), *form);
             }
         }
-        for name in ["part.step", "part.jsn", "part.json.gz", "part", "part.", ".json"] {
+        assert_eq!(super::form(Path::new("part.stp")).unwrap(), Representation::Step);
+        for name in ["part.iges", "part.jsn", "part.json.gz", "part", "part.", ".json"] {
             let told = super::form(Path::new(name)).unwrap_err().to_string();
             assert!(told.contains(name) && told.contains(".json, .pb"), "{told}");
         }
