@@ -175,9 +175,9 @@ fn an_output_that_cannot_be_written_is_refused_before_the_cloud_is_read() {
     std::os::unix::fs::symlink(&cloud, file("link.ply")).unwrap();
     let (missing, folder) = (file("none/part.json"), file("folder.json"));
     fs::create_dir(&folder).unwrap();
-    let (step, mistyped, bare) = (file("part.step"), file("part.jsn"), file("part"));
+    let (iges, mistyped, bare) = (file("part.iges"), file("part.jsn"), file("part"));
     for (input, output, words) in [
-        ("nowhere.ply", &step, "names no form of a result: end it in .json, .pb, .npy, .ply, .csv"),
+        ("nowhere.ply", &iges, "names no form of a result: end it in .json, .pb, .npy, .ply, .csv"),
         ("nowhere.ply", &mistyped, "--output-format"),
         ("nowhere.ply", &bare, "--output-format"),
         ("nowhere.ply", &missing, "No such file or directory"),
