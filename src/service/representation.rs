@@ -256,6 +256,9 @@ mod tests {
                 unassigned: UnassignedPoints::default(),
                 sampling: None,
                 warnings: Vec::new(),
+                relations: Vec::new(),
+                measures: Vec::new(),
+                snapping: None,
                 counters: Counters::default(),
                 timing: Timing::default(),
             };

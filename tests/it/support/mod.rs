@@ -1,6 +1,7 @@
 //! A service of its own for each test, clients for it, and small clouds.
 
 pub mod clouds;
+pub mod related;
 #[path = "../../clouds/mod.rs"]
 pub mod truth;
 pub mod wire;

@@ -1,0 +1,182 @@
+//! Which of many values are one and the same.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::chi2::survival;
+use super::estimate::Estimate;
+use crate::fit::constant::constants;
+
+constants! {
+    /// Natural logarithm of the odds at which a relation is told.
+    pub ODDS: f64 = 2.3, Derived("ten to one");
+    /// Probability of a larger deviation than one, if the relation holds, below which it is held to be none.
+    pub COMPATIBLE: f64 = 1e-6, Trial(1e-7, 1e-4);
+    /// How often the share of values that are one is learned from what was found with the share before.
+    ROUNDS: usize = 6, Effort("rounds");
+}
+
+/// Values that are one.
+#[derive(Clone, Debug)]
+pub struct Group<T> {
+    /// Their places, in order.
+    pub members: Vec<usize>,
+    /// What they tell together.
+    pub value: T,
+    /// Natural logarithm of the odds that the member of which that is the least sure belongs to the others.
+    pub odds: f64,
+}
+
+/// Groups of values that are one, each value in exactly one of them, by a Bayesian choice between "one and the same" and
+/// "any two values of their volume".
+///
+/// The prior is a Chinese restaurant process (Aldous, 1985), whose concentration, that is how often two values of this
+/// kind are one, comes from the values themselves: where many differ, those that coincide do so by chance. Groups are
+/// joined in the order of their evidence while that is for it and their difference stays compatible with none (Heller and
+/// Ghahramani, Bayesian hierarchical clustering, 2005). Members of which all others do not say with the odds [`ODDS`] that
+/// they belong to them stand alone.
+pub fn cluster<const D: usize, T: Estimate<D>>(items: &[T]) -> Vec<Group<T>> {
+    let pairs = (items.len() * items.len().saturating_sub(1) / 2) as f64;
+    let mut concentration = 1.0;
+    let mut groups = sure(joined(items, concentration), items, concentration);
+    for _ in 0..ROUNDS.get() {
+        let same: usize = groups.iter().map(|g| g.members.len() * (g.members.len() - 1) / 2).sum();
+        // two values are one with probability 1 / (1 + concentration); half a pair stands for what was not seen
+        let next = (pairs + 1.0) / (same as f64 + 0.5) - 1.0;
+        if next == concentration {
+            break;
+        }
+        concentration = next;
+        groups = sure(joined(items, concentration), items, concentration);
+    }
+    groups.sort_by_key(|g| g.members[0]);
+    groups
+}
+
+/// The groups without the members that hardly belong to them; these stand alone.
+fn sure<const D: usize, T: Estimate<D>>(
+    groups: Vec<Group<T>>,
+    items: &[T],
+    concentration: f64,
+) -> Vec<Group<T>> {
+    let mut out = Vec::new();
+    for mut group in groups {
+        while group.members.len() > 1 {
+            let belongs = |&m: &usize| {
+                let others = all_but(items, &group.members, m);
+                let odds = others.and_then(|o| odds(&o, &items[m], [group.members.len() - 1, 1]));
+                odds.map_or(f64::NEG_INFINITY, |odds| odds - concentration.ln())
+            };
+            let odds: Vec<f64> = group.members.iter().map(belongs).collect();
+            let least = (0..odds.len()).min_by(|&a, &b| odds[a].total_cmp(&odds[b])).unwrap_or(0);
+            group.odds = odds[least];
+            if group.odds > ODDS.get() {
+                break;
+            }
+            let alone = group.members.remove(least);
+            out.push(Group {
+                members: vec![alone],
+                value: items[alone].clone(),
+                odds: f64::INFINITY,
+            });
+        }
+        let members = group.members.iter().map(|&m| Some(items[m].clone()));
+        if let Some(value) = members.reduce(|a, b| a?.joined(&b?)).flatten() {
+            out.push(Group { value, ..group });
+        }
+    }
+    out
+}
+
+/// What all members of a group but one tell.
+pub fn all_but<const D: usize, T: Estimate<D>>(
+    items: &[T],
+    members: &[usize],
+    one: usize,
+) -> Option<T> {
+    let others = members.iter().filter(|&&k| k != one).map(|&k| Some(items[k].clone()));
+    others.reduce(|a, b| a?.joined(&b?)).flatten()
+}
+
+/// Odds that two groups of so many values are one, at a concentration of one; `None` where they cannot be.
+fn odds<const D: usize, T: Estimate<D>>(a: &T, b: &T, sizes: [usize; 2]) -> Option<f64> {
+    let gap = a.gap(b)?;
+    if survival(gap.chi2()?, D) < COMPATIBLE.get() {
+        return None;
+    }
+    Some(gap.evidence(a.volume())? + seating(sizes[0], sizes[1]))
+}
+
+/// A step that may be taken: odds, and the two groups with the versions they had.
+struct Step {
+    odds: f64,
+    groups: [usize; 2],
+}
+
+impl Step {
+    fn rank(&self, other: &Self) -> Ordering {
+        self.odds.total_cmp(&other.odds).then_with(|| other.groups.cmp(&self.groups))
+    }
+}
+
+impl PartialEq for Step {
+    fn eq(&self, other: &Self) -> bool {
+        self.rank(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Step {}
+
+impl PartialOrd for Step {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Step {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.rank(other)
+    }
+}
+
+fn joined<const D: usize, T: Estimate<D>>(items: &[T], concentration: f64) -> Vec<Group<T>> {
+    let single = |(k, item): (usize, &T)| {
+        Some(Group { members: vec![k], value: item.clone(), odds: f64::INFINITY })
+    };
+    // a group that is joined to another leaves its place; the joined one takes a new one
+    let mut groups: Vec<Option<Group<T>>> = items.iter().enumerate().map(single).collect();
+    let mut steps = BinaryHeap::new();
+    for a in 0..groups.len() {
+        steps.extend((0..a).filter_map(|b| step(&groups, [b, a], concentration)));
+    }
+    while let Some(Step { odds, groups: [a, b] }) = steps.pop() {
+        let (Some(first), Some(second)) = (&groups[a], &groups[b]) else { continue };
+        let Some(value) = first.value.joined(&second.value) else { continue };
+        let mut members = [&first.members[..], &second.members[..]].concat();
+        members.sort_unstable();
+        (groups[a], groups[b]) = (None, None);
+        groups.push(Some(Group { members, value, odds }));
+        let last = groups.len() - 1;
+        steps.extend((0..last).filter_map(|k| step(&groups, [k, last], concentration)));
+    }
+    groups.into_iter().flatten().collect()
+}
+
+/// The step that joins two groups, where it may be taken.
+fn step<const D: usize, T: Estimate<D>>(
+    groups: &[Option<Group<T>>],
+    pair: [usize; 2],
+    concentration: f64,
+) -> Option<Step> {
+    let [a, b] = pair.map(|k| groups[k].as_ref());
+    let (a, b) = (a?, b?);
+    let odds = odds(&a.value, &b.value, [a.members.len(), b.members.len()])? - concentration.ln();
+    (odds > 0.0).then_some(Step { odds, groups: pair })
+}
+
+/// Logarithm of (a + b - 1)! / ((a - 1)! (b - 1)!): by how much the process prefers one group to two of these sizes, at
+/// a concentration of one.
+fn seating(a: usize, b: usize) -> f64 {
+    let factorial = |n: usize| libm::lgamma(n as f64 + 1.0);
+    factorial(a + b - 1) - factorial(a - 1) - factorial(b - 1)
+}

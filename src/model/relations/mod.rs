@@ -1,0 +1,155 @@
+//! Relations between regions: what a designer meant to be parallel, coaxial, equal.
+//!
+//! Every region is a surface known to a covariance. A relation is accepted where its deviation is compatible with none,
+//! and where a deviation so small would be a surprise if it were chance: a Bayesian choice between "exactly" and
+//! "anything", in which how common such relations are is learned from the regions themselves. What was accepted before is
+//! reckoned with: all relations are equations on all surfaces at once, and one that contradicts the others is none.
+//!
+//! The steps: common directions and right angles (`directions`), common axes, planes and centres (`positions`), equal sizes
+//! (`sizes`), smooth joints (`tangents`), circles and rows of axes (`patterns`), mirrors (`symmetry`),
+//! distances and angles (`measures`); `snap`
+//! makes all accepted ones hold exactly.
+
+mod chi2;
+mod cluster;
+mod constraint;
+mod directions;
+mod estimate;
+mod face;
+mod joint;
+mod lattice;
+mod measures;
+mod patterns;
+mod positions;
+mod search;
+mod sizes;
+mod snap;
+mod symmetry;
+mod tangents;
+mod told;
+
+pub use told::{Measure, MeasureKind, Relation, RelationKind, Snapping};
+
+use crate::fit::constant::{Table, constants};
+use crate::segment::Region;
+use chi2::survival;
+use face::{Face, Frame};
+use search::{Accepted, Search};
+use symmetry::Scene;
+use tangents::Known;
+
+constants! {
+    /// Regions that relations are looked for between; of more, those with the most points.
+    LARGEST: usize = 300, Effort("regions, whose equations are solved together");
+}
+
+/// The numbers that are decided with, by file.
+pub(super) static TABLES: &[Table] = &[
+    CONSTANTS,
+    cluster::CONSTANTS,
+    face::CONSTANTS,
+    lattice::CONSTANTS,
+    patterns::CONSTANTS,
+    search::CONSTANTS,
+    sizes::CONSTANTS,
+    snap::CONSTANTS,
+    symmetry::CONSTANTS,
+];
+
+/// The relations between the regions of a result.
+#[derive(Default)]
+pub struct Relations {
+    faces: Vec<Face>,
+    frame: Option<Frame>,
+    found: Vec<Accepted>,
+    measures: Vec<Measure>,
+}
+
+impl Relations {
+    /// Those between `regions`; none between regions whose uncertainty is not known.
+    pub fn of(regions: &[Region]) -> Self {
+        let Some(frame) = Frame::of(regions.iter().filter_map(|r| r.extent)) else {
+            return Self::default();
+        };
+        let faces = faces(regions, &frame);
+        let touching = touching(regions, &faces);
+        let mut search = Search::new(&faces, frame);
+        let bundles = directions::parallel(&mut search);
+        let square = directions::perpendicular(&mut search, &bundles);
+        search.settle();
+        let (mut lines, mut planes, mut measures) = (Vec::new(), Vec::new(), Vec::new());
+        for bundle in &bundles {
+            lines.push(positions::coaxial(&mut search, bundle));
+            let along = positions::coplanar(&mut search, bundle);
+            measures.extend(measures::of_planes(&search, &along));
+            planes.push(along);
+        }
+        measures.extend(lines.iter().flat_map(|l| measures::of_lines(&search, l)));
+        measures.extend(measures::angles(&search, &bundles, &square, &touching));
+        positions::concentric(&mut search);
+        let radii = sizes::equal(&mut search);
+        let known = Known { bundles: &bundles, square: &square, lines: &lines };
+        search.settle();
+        tangents::tangent(&mut search, &known, &touching);
+        for (bundle, lines) in bundles.iter().zip(&lines) {
+            patterns::patterns(&mut search, bundle, lines, &radii);
+        }
+        let scene = Scene { bundles: &bundles, planes: &planes, lines: &lines, radii: &radii };
+        (0..bundles.len()).for_each(|k| symmetry::symmetric(&mut search, &scene, k));
+        let found = search.found;
+        Self { faces, frame: Some(frame), found, measures }
+    }
+
+    /// Gives each of `regions` a second surface, so that all accepted relations hold between these; relations that do not
+    /// go together with the others are not accepted any more. `regions` are those that the relations are of.
+    pub fn snap(&mut self, regions: &mut [Region]) -> Option<Snapping> {
+        let frame = self.frame?;
+        let snap = snap::snap(&self.faces, &self.found);
+        for (place, face) in self.faces.iter().enumerate() {
+            if let Some(region) = regions.iter_mut().find(|r| r.id == face.region) {
+                region.snapped = Some(snap.region(place, face, &frame, region));
+            }
+        }
+        for &k in &snap.left_out {
+            self.found[k].relations.iter_mut().for_each(|r| r.accepted = false);
+        }
+        Some(Snapping {
+            chi2: snap.total,
+            freedom: snap.rank,
+            p_value: survival(snap.total, snap.rank),
+        })
+    }
+
+    /// The relations, and the distances and angles, as they are told: those of one kind together.
+    pub fn told(self) -> (Vec<Relation>, Vec<Measure>) {
+        let mut relations: Vec<Relation> =
+            self.found.into_iter().flat_map(|a| a.relations).collect();
+        relations.sort_by(|a, b| a.kind.cmp(&b.kind));
+        let mut measures = self.measures;
+        measures.sort_by(|a, b| a.kind.cmp(&b.kind).then(a.regions.cmp(&b.regions)));
+        (relations, measures)
+    }
+}
+
+/// The regions as faces, in their order.
+fn faces(regions: &[Region], frame: &Frame) -> Vec<Face> {
+    let mut largest: Vec<&Region> = regions.iter().collect();
+    largest.sort_by(|a, b| b.point_count.cmp(&a.point_count).then(a.id.cmp(&b.id)));
+    largest.truncate(LARGEST.get());
+    largest.sort_by_key(|r| r.id);
+    largest.into_iter().filter_map(|r| Face::of(r, frame)).collect()
+}
+
+/// The pairs of faces whose regions touch.
+fn touching(regions: &[Region], faces: &[Face]) -> Vec<[usize; 2]> {
+    let place = |region: usize| faces.binary_search_by_key(&region, |f| f.region).ok();
+    let mut pairs: Vec<[usize; 2]> = regions
+        .iter()
+        .flat_map(|r| r.neighbours.iter().map(|n| [r.id, n.region]))
+        .filter(|[a, b]| a < b)
+        .filter_map(|[a, b]| Some([place(a)?, place(b)?]))
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}

@@ -1,0 +1,261 @@
+//! Relations of regions against those of the true surfaces.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use conicoid::{
+    geometry::{PointCloud, Surface, Vec3},
+    model::relations::{Relation, RelationKind as Kind, Relations},
+    segment::{Parameters, Region, Segmentation, Silent, segment},
+};
+
+use super::support::{
+    related::{KINDS, deviation, direction, pairs, truth},
+    truth::{Cloud, Patch, Random, cad},
+};
+
+fn run(cloud: &Cloud) -> Segmentation {
+    segment(&cloud.input(), &Parameters::default(), &Silent).unwrap()
+}
+
+fn told(regions: &[Region]) -> Vec<Relation> {
+    Relations::of(regions).told().0
+}
+
+/// The true surface of each region whose points are nearly all on it and whose type it has.
+fn true_surfaces(cloud: &Cloud, found: &Segmentation) -> Vec<Option<Surface>> {
+    let mut common: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    let mut size = vec![0; found.regions.len()];
+    for (&truth, &label) in cloud.labels.iter().zip(&found.labels) {
+        if let (Ok(t), Ok(l)) = (usize::try_from(truth), usize::try_from(label)) {
+            *common.entry((l, t)).or_default() += 1;
+        }
+        if let Ok(l) = usize::try_from(label) {
+            size[l] += 1;
+        }
+    }
+    let mut out = vec![None; found.regions.len()];
+    for ((l, t), n) in common {
+        let surface = cloud.surfaces[t].surface;
+        let same_type = surface.surface_type() == found.regions[l].surface_type;
+        if same_type && n as f64 > 0.9 * size[l] as f64 {
+            out[l] = Some(surface);
+        }
+    }
+    out
+}
+
+/// How many relations of pairs are found, missed and made up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    found: usize,
+    missed: usize,
+    false_ones: usize,
+}
+
+fn compare(cloud: &Cloud, counts: &mut BTreeMap<Kind, Count>) {
+    let found = run(cloud);
+    let surfaces = true_surfaces(cloud, &found);
+    let accepted = told(&found.regions);
+    let claimed: BTreeSet<(Kind, [usize; 2])> = accepted
+        .iter()
+        .filter(|r| r.accepted)
+        .flat_map(|r| pairs(r).into_iter().map(|p| (r.kind, p)))
+        .collect();
+    for b in 0..surfaces.len() {
+        for a in 0..b {
+            let (Some(s), Some(t)) = (&surfaces[a], &surfaces[b]) else { continue };
+            let touching = found.regions[a].neighbours.iter().any(|n| n.region == b);
+            let true_ones = truth(s, t, touching);
+            for kind in KINDS {
+                // two balls are on one axis only by what has that axis
+                if kind == Kind::Coaxial && direction(s).is_none() && direction(t).is_none() {
+                    continue;
+                }
+                let count = counts.entry(kind).or_default();
+                match (true_ones.contains(&kind), claimed.contains(&(kind, [a, b]))) {
+                    (true, true) => count.found += 1,
+                    (true, false) => count.missed += 1,
+                    (false, true) => count.false_ones += 1,
+                    (false, false) => {}
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn relations_of_machined_parts_are_those_of_their_true_surfaces() {
+    let mut counts = BTreeMap::new();
+    for (name, points, sigma) in [
+        ("bracket", 60_000, 0.01),
+        ("flange", 60_000, 0.02),
+        ("shaft", 60_000, 0.01),
+        ("housing", 120_000, 0.02),
+        ("tee", 80_000, 0.05),
+        ("lever", 50_000, 0.01),
+        ("mould", 80_000, 0.0),
+        ("cover", 80_000, 0.01),
+        ("clevis", 50_000, 0.02),
+    ] {
+        for seed in 11..13 {
+            compare(&cad::make(name, seed, points, sigma, true).unwrap(), &mut counts);
+        }
+    }
+    let (mut found, mut missed, mut false_ones) = (0, 0, 0);
+    for (kind, count) in &counts {
+        let Count { found: f, missed: m, false_ones: x } = *count;
+        assert!(100 * x <= f, "{kind:?}: {count:?}");
+        (found, missed, false_ones) = (found + f, missed + m, false_ones + x);
+    }
+    assert!(found > 5000, "{counts:?}");
+    assert!(100 * missed <= found && 100 * false_ones <= found, "{counts:?}");
+}
+
+/// Planes, cylinders and balls with nothing in common, apart from each other.
+fn unrelated(seed: u64) -> Cloud {
+    let random = &mut Random::new(seed);
+    let mut patches = Vec::new();
+    for k in 0..18 {
+        let at = 100.0 * Vec3::new((k % 3) as f64, (k / 3 % 3) as f64, (k / 9) as f64);
+        let at = at + Vec3::from_fn(|_, _| random.uniform(-10.0, 10.0));
+        let rotation = random.rotation();
+        let (length, radius) = (random.uniform(20.0, 40.0), random.uniform(5.0, 15.0));
+        patches.push(match k % 3 {
+            0 => {
+                let [u, v] = [rotation * Vec3::x() * length, rotation * Vec3::y() * 30.0];
+                Patch::plane(at, u, v, 2000, random)
+            }
+            1 => {
+                let axis = rotation * Vec3::z() * length;
+                Patch::cylinder(at, axis, radius, [0.0, 5.0], 2000, random)
+            }
+            _ => Patch::sphere(at, radius, |_| true, 2000, random),
+        });
+    }
+    Cloud::assemble("unrelated", patches, 0.02, 100, random)
+}
+
+#[test]
+fn surfaces_with_nothing_in_common_have_no_relations() {
+    let mut pairs = 0;
+    for seed in 1..=12 {
+        let found = run(&unrelated(seed));
+        assert!(found.regions.len() >= 17, "{seed}: {}", found.regions.len());
+        pairs += found.regions.len() * (found.regions.len() - 1) / 2;
+        let relations = told(&found.regions);
+        assert!(relations.is_empty(), "{seed}: {relations:?}");
+    }
+    assert!(pairs > 1500);
+}
+
+/// What is told of a part, without the names of its regions: kinds, how many regions, pitches and counts.
+fn summary(relations: &[Relation], unit: f64) -> BTreeMap<String, usize> {
+    let mut all = BTreeMap::new();
+    for r in relations {
+        let pitches = r.pitches.map(|p| p.map(|p| (10.0 * p / unit).round()));
+        let text = format!(
+            "{:?} {} {} {:?} {:?} {pitches:?}",
+            r.kind,
+            r.regions.len(),
+            r.to.len(),
+            r.count,
+            r.counts
+        );
+        *all.entry(text).or_default() += 1;
+    }
+    all
+}
+
+#[test]
+fn relations_stay_the_same_far_away_and_in_any_unit() {
+    let part = cad::make("flange", 3, 50_000, 0.02, true).unwrap();
+    let here = summary(&told(&run(&part).regions), 1.0);
+    for (unit, offset) in [(1e-3, 0.0), (1e3, 0.0), (1.0, 1e6), (1e-3, 100.0)] {
+        let offset = offset * Vec3::new(1.0, -2.0, 0.5);
+        let points = part.points.iter().map(|p| p * unit + offset).collect();
+        let cloud = PointCloud::from_points(points);
+        let found = segment(&cloud, &Parameters::default(), &Silent).unwrap();
+        assert_eq!(summary(&told(&found.regions), unit), here, "{unit} {offset}");
+    }
+}
+
+#[test]
+fn patterns_of_holes_are_told_with_their_counts_and_pitches() {
+    let patterns = |name: &str, points: usize, sigma: f64| {
+        let all = told(&run(&cad::make(name, 1, points, sigma, true).unwrap()).regions);
+        let of = |kind: Kind| all.iter().filter(|r| r.kind == kind).cloned().collect::<Vec<_>>();
+        (of(Kind::CirclePattern), of(Kind::GridPattern))
+    };
+    // seven holes on a circle of radius 38 about the bore
+    let (circles, grids) = patterns("flange", 80_000, 0.02);
+    let [circle] = &circles[..] else { panic!("{circles:?}") };
+    assert_eq!((circle.count, circle.regions.len(), grids.len()), (Some(7), 7, 0));
+    assert!((circle.value.unwrap() - 38.0).abs() < 0.01 && !circle.to.is_empty(), "{circle:?}");
+    // seven columns and four rows, 20 apart, of holes with unlike radii
+    let (circles, grids) = patterns("drilled", 150_000, 0.02);
+    let [grid] = &grids[..] else { panic!("{grids:?}") };
+    let mut counts = grid.counts.unwrap();
+    counts.sort_unstable();
+    assert_eq!((counts, circles.len()), ([4, 7], 0));
+    assert!(grid.pitches.unwrap().iter().all(|p| (p - 20.0).abs() < 0.005), "{grid:?}");
+    // a rectangle of 35 by 36 of counterbored holes
+    let (_, grids) = patterns("bracket", 80_000, 0.01);
+    let mut pitches = grids[0].pitches.unwrap();
+    pitches.sort_by(f64::total_cmp);
+    assert_eq!(grids[0].counts, Some([2, 2]));
+    assert!((pitches[0] - 35.0).abs() < 0.01 && (pitches[1] - 36.0).abs() < 0.01, "{grids:?}");
+    // a row of five with pitch 26, and of three with pitch 40
+    let (_, grids) = patterns("manifold", 200_000, 0.02);
+    for (count, pitch) in [(5, 26.0), (3, 40.0)] {
+        let row = grids.iter().find(|g| g.counts == Some([count, 1]));
+        let found = row.unwrap_or_else(|| panic!("{grids:?}")).pitches.unwrap()[0];
+        assert!((found - pitch).abs() < 0.01, "{found}");
+    }
+}
+
+/// Size of what lies in a result.
+fn size(regions: &[Region]) -> f64 {
+    let extents = regions.iter().filter_map(|r| r.extent);
+    let all = extents.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| {
+        (e.min.iter().fold(low, |a, b| a.min(*b)), e.max.iter().fold(high, |a, b| a.max(*b)))
+    });
+    all.1 - all.0
+}
+
+#[test]
+fn snapped_surfaces_hold_every_accepted_relation_and_moved_no_more_than_their_uncertainty_allows() {
+    for (name, sigma) in [("housing", 0.02), ("tee", 0.05), ("manifold", 0.03), ("cover", 0.0)] {
+        let cloud = cad::make(name, 21, 100_000, sigma, true).unwrap();
+        let mut regions = run(&cloud).regions;
+        let free = regions.clone();
+        let mut relations = Relations::of(&regions);
+        let snapping = relations.snap(&mut regions).unwrap();
+        let (all, _) = relations.told();
+        assert!(snapping.p_value > 1e-4 && snapping.freedom > 50, "{name}: {snapping:?}");
+        let accepted: Vec<&Relation> = all.iter().filter(|r| r.accepted).collect();
+        assert!(accepted.len() * 20 > all.len() * 19, "{name}");
+        let mut held = 0;
+        for relation in accepted {
+            for pair in pairs(relation) {
+                let [a, b] = pair.map(|r| regions[r].snapped.unwrap().surface);
+                let Some(off) = deviation(relation.kind, &a, &b) else { continue };
+                assert!(off < 1e-9 * size(&regions).max(1.0), "{name}: {relation:?} {off}");
+                held += 1;
+            }
+        }
+        assert!(held > 100, "{name}: {held}");
+        for (region, free) in regions.iter().zip(&free) {
+            let Some(snapped) = region.snapped else { continue };
+            // all else stays as it is
+            assert_eq!(Region { snapped: None, ..region.clone() }, *free);
+            assert!(snapped.moved < 6.0 && snapped.p_value >= 1e-6, "{name}: {snapped:?}");
+            assert_eq!(snapped.surface.surface_type(), region.surface_type);
+            // near the points the equation is that of the surface
+            if let (Some(a), Some(b)) = (snapped.local_coefficients, region.local_coefficients) {
+                let square = |c: [f64; 10]| c.iter().map(|v| v * v).sum::<f64>();
+                let apart = square(std::array::from_fn(|k| a[k] - b[k]));
+                assert!(apart < 0.01 * square(b), "{name} {}: {a:?} {b:?}", region.id);
+            }
+        }
+    }
+}
