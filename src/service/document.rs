@@ -31,7 +31,7 @@ pub struct Document {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
     /// What holds between the surfaces: directions, axes and sizes that they have in common, smooth joints, patterns.
-    /// Between the 300 largest at most, and those whose uncertainty is known.
+    /// Between the 400 largest at most, and those whose uncertainty is known.
     #[serde(default)]
     pub relations: Vec<Relation>,
     /// Distances of parallel surfaces from the next, and angles of touching ones.

@@ -213,6 +213,65 @@ fn patterns_of_holes_are_told_with_their_counts_and_pitches() {
     }
 }
 
+/// How far one true surface is from the mirror image of another in the plane through `point` across `n`.
+fn off_mirror(a: &Surface, b: &Surface, point: &Vec3, n: &Vec3) -> f64 {
+    let image = |x: &Vec3| x - 2.0 * n * n.dot(&(x - point));
+    match (a, b) {
+        (Surface::Plane(a), Surface::Plane(b)) => b.normal.dot(&(image(&a.point) - b.point)).abs(),
+        (Surface::Sphere(a), Surface::Sphere(b)) => {
+            (image(&a.center) - b.center).norm().max((a.radius - b.radius).abs())
+        }
+        (Surface::Cylinder(a), Surface::Cylinder(b)) => {
+            let away = b.axis_direction.cross(&(image(&a.axis_point) - b.axis_point)).norm();
+            away.max((a.radius - b.radius).abs())
+        }
+        (Surface::Cone(a), Surface::Cone(b)) => {
+            b.axis_direction.cross(&(image(&a.apex) - b.apex)).norm()
+        }
+        _ => f64::NAN,
+    }
+}
+
+#[test]
+fn mirrored_pairs_are_those_of_the_true_surfaces() {
+    let mut checked = 0;
+    for (name, points, sigma) in [
+        ("housing", 120_000, 0.02),
+        ("mould", 80_000, 0.0),
+        ("tee", 80_000, 0.05),
+        ("cover", 80_000, 0.01),
+    ] {
+        let cloud = cad::make(name, 5, points, sigma, true).unwrap();
+        let found = run(&cloud);
+        let surfaces = true_surfaces(&cloud, &found);
+        let mirrors: Vec<_> = told(&found.regions);
+        let mirrors = mirrors.iter().filter(|r| r.kind == Kind::Symmetric);
+        for mirror in mirrors {
+            let pairs: Vec<[Surface; 2]> = mirror
+                .regions
+                .chunks(2)
+                .filter_map(|p| Some([surfaces[p[0]]?, surfaces[p[1]]?]))
+                .collect();
+            // the true mirror is the one nearest to that told across which the most pairs agree
+            let told = Vec3::from(mirror.direction.unwrap());
+            let directions = surfaces.iter().flatten().filter_map(direction).map(|d| d.0);
+            let n = directions.max_by(|a, b| a.dot(&told).abs().total_cmp(&b.dot(&told).abs()));
+            let n = n.unwrap();
+            let [a, b] = pairs[0].map(|s| {
+                let Surface::Plane(p) = s else { return super::support::related::place(&s) };
+                p.point
+            });
+            let middle = (a + b) / 2.0;
+            for [a, b] in &pairs {
+                let off = off_mirror(a, b, &middle, &n);
+                assert!(off < 1e-6, "{name}: {off} {mirror:?} {a:?} {b:?}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 20, "{checked}");
+}
+
 /// Size of what lies in a result.
 fn size(regions: &[Region]) -> f64 {
     let extents = regions.iter().filter_map(|r| r.extent);

@@ -40,7 +40,7 @@ use tangents::Known;
 
 constants! {
     /// Regions that relations are looked for between; of more, those with the most points.
-    LARGEST: usize = 300, Effort("regions, whose equations are solved together");
+    LARGEST: usize = 400, Effort("regions, whose equations are solved together");
 }
 
 /// The numbers that are decided with, by file.

@@ -137,7 +137,7 @@ fn of_axes(search: &Search, scene: &Scene, bundle: usize) -> Vec<Pair> {
         for (k, b) in lines.iter().enumerate() {
             out.push(Pair { faces: [b.hub, b.hub], middle: place(b) });
             for a in &lines[..k] {
-                let Some(faces) = equal(scene, a, b) else { continue };
+                let Some(faces) = equal(search, scene, a, b) else { continue };
                 let apart = b.place.x - a.place.x;
                 let both = a.place.covariance + b.place.covariance;
                 let near = NEAR.get() * aside.dot(&(both * aside)).sqrt();
@@ -150,10 +150,18 @@ fn of_axes(search: &Search, scene: &Scene, bundle: usize) -> Vec<Pair> {
     out
 }
 
-/// A face on each of two axes, with equal radii.
-fn equal(scene: &Scene, a: &Line, b: &Line) -> Option<[usize; 2]> {
-    let on = |l: &Line, radius: &[usize]| l.faces.iter().copied().find(|f| radius.contains(f));
-    scene.radii.iter().find_map(|radius| Some([on(a, radius)?, on(b, radius)?]))
+/// A face of one type about each of two axes, with equal radii.
+fn equal(search: &Search, scene: &Scene, a: &Line, b: &Line) -> Option<[usize; 2]> {
+    let family = |f: &usize| search.faces[*f].shape.family;
+    let about = |l: &Line, radius: &[usize]| -> Vec<usize> {
+        let of = |f: &&usize| radius.contains(f) && search.faces[**f].has_axis();
+        l.faces.iter().filter(of).copied().collect()
+    };
+    scene.radii.iter().find_map(|radius| {
+        let others = about(b, radius);
+        let alike = |f: &usize| others.iter().find(|g| family(g) == family(f)).copied();
+        about(a, radius).iter().find_map(|f| Some([*f, alike(f)?]))
+    })
 }
 
 /// Balls with equal radii that differ along the direction alone.

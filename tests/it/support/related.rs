@@ -22,7 +22,8 @@ pub fn direction(s: &Surface) -> Option<(Vec3, bool)> {
     }
 }
 
-fn place(s: &Surface) -> Vec3 {
+/// A point of a surface's plane or axis, its centre or apex.
+pub fn place(s: &Surface) -> Vec3 {
     match s {
         Surface::Plane(p) => p.point,
         Surface::Cylinder(c) => c.axis_point,
