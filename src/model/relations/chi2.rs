@@ -36,3 +36,31 @@ pub fn survival(x: f64, freedom: usize) -> f64 {
 pub fn ln_density(chi2: f64, components: usize, half_ln_det: f64) -> f64 {
     -0.5 * (chi2 + components as f64 * TAU.ln()) - half_ln_det
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_survival_is_that_of_tables() {
+        // 5 % and 0.1 % points, Abramowitz and Stegun table 26.8
+        for (freedom, at_5, at_01) in [
+            (1, 3.84146, 10.8276),
+            (2, 5.99146, 13.8155),
+            (3, 7.81473, 16.2662),
+            (10, 18.3070, 29.5883),
+            (31, 44.9853, 61.0983),
+        ] {
+            assert!((survival(at_5, freedom) - 0.05).abs() < 1e-5, "{freedom}");
+            assert!((survival(at_01, freedom) - 0.001).abs() < 1e-6, "{freedom}");
+        }
+        assert_eq!((survival(0.0, 3), survival(5.0, 0), survival(f64::NAN, 2)), (1.0, 1.0, 0.0));
+        assert!(survival(1e4, 7) < 1e-300 && survival(900.0, 1000) > 0.98);
+    }
+
+    #[test]
+    fn the_density_is_that_of_a_normal_vector() {
+        let two = ln_density(1.0, 2, 0.5_f64.ln() + 2_f64.ln());
+        assert!((two.exp() - (-0.5_f64).exp() / (2.0 * PI)).abs() < 1e-15);
+    }
+}

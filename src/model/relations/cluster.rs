@@ -180,3 +180,68 @@ fn seating(a: usize, b: usize) -> f64 {
     let factorial = |n: usize| libm::lgamma(n as f64 + 1.0);
     factorial(a + b - 1) - factorial(a - 1) - factorial(b - 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1};
+
+    use super::super::estimate::Place;
+    use super::*;
+
+    fn value(x: f64, deviation: f64) -> Place<1> {
+        Place {
+            x: Vector1::new(x),
+            covariance: Matrix1::new(deviation * deviation),
+            drift: SMatrix::zeros(),
+            direction: Matrix2::zeros(),
+            volume: 100.0,
+        }
+    }
+
+    fn members(groups: &[Group<Place<1>>]) -> Vec<Vec<usize>> {
+        groups.iter().map(|g| g.members.clone()).collect()
+    }
+
+    #[test]
+    fn values_that_agree_are_one_and_their_mean_is_that_of_least_variance() {
+        let items = [value(5.0, 0.01), value(9.0, 0.01), value(5.01, 0.02), value(4.99, 0.01)];
+        let groups = cluster(&items);
+        assert_eq!(members(&groups), [vec![0, 2, 3], vec![1]]);
+        let weights = [1e4, 2.5e3, 1e4];
+        let mean = (5.0 * weights[0] + 5.01 * weights[1] + 4.99 * weights[2]) / 2.25e4;
+        assert!((groups[0].value.x[0] - mean).abs() < 1e-12);
+        assert!((groups[0].value.covariance[0] - 1.0 / 2.25e4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_not_known_well_says_nothing() {
+        // a deviation that is nothing beside its uncertainty, which is a good part of all there may be
+        let items = [value(5.0, 10.0), value(5.1, 10.0)];
+        assert_eq!(members(&cluster(&items)), [[0], [1]]);
+    }
+
+    #[test]
+    fn among_many_unlike_values_some_agree_by_chance_and_are_not_told() {
+        // 200 values over 100 with 0.01: forty pairs or so are within two deviations of each other
+        let golden = |k: usize| (k as f64 * 0.618_033_988_75).fract() * 100.0;
+        let mut unlike: Vec<Place<1>> = (0..200).map(|k| value(golden(k * k), 0.01)).collect();
+        let near = |a: &Place<1>, b: &Place<1>| (a.x - b.x).norm() < 0.02;
+        let pairs = (0..200).flat_map(|b| (0..b).map(move |a| (a, b)));
+        assert!(pairs.filter(|&(a, b)| near(&unlike[a], &unlike[b])).count() > 3);
+        assert!(cluster(&unlike).iter().all(|g| g.members.len() == 1));
+        // ten that are one still are
+        unlike.extend((0..10).map(|k| value(50.0 + 0.003 * k as f64, 0.01)));
+        let groups = cluster(&unlike);
+        let largest = groups.iter().max_by_key(|g| g.members.len()).unwrap();
+        assert!((200..210).all(|k| largest.members.contains(&k)) && largest.members.len() < 13);
+    }
+
+    #[test]
+    fn a_value_that_the_others_contradict_stands_alone() {
+        let mut items: Vec<Place<1>> =
+            (0..8).map(|k| value(7.0 + 0.001 * k as f64, 0.01)).collect();
+        items.push(value(7.1, 0.01));
+        assert_eq!(members(&cluster(&items)), [vec![0, 1, 2, 3, 4, 5, 6, 7], vec![8]]);
+        assert!(cluster::<1, Place<1>>(&[]).is_empty());
+    }
+}

@@ -283,3 +283,6 @@ fn freedoms(shape: &Shape) -> DMatrix<f64> {
     }
     out
 }
+
+#[cfg(test)]
+mod tests;

@@ -252,3 +252,6 @@ pub fn farthest<'c>(
 pub fn moved(face: &Face, step: &DVector<f64>) -> Shape {
     face.shape.stepped(step.as_slice()).unwrap_or(face.shape)
 }
+
+#[cfg(test)]
+mod tests;

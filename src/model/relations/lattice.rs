@@ -2,7 +2,8 @@
 
 use nalgebra::Vector2;
 
-use super::patterns::{NEAR, Spot};
+use super::circle::NEAR;
+use super::spot::Spot;
 use crate::fit::constant::constants;
 
 constants! {

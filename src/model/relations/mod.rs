@@ -11,6 +11,7 @@
 //! makes all accepted ones hold exactly.
 
 mod chi2;
+mod circle;
 mod cluster;
 mod constraint;
 mod directions;
@@ -24,6 +25,7 @@ mod positions;
 mod search;
 mod sizes;
 mod snap;
+mod spot;
 mod symmetry;
 mod tangents;
 mod told;
@@ -46,10 +48,10 @@ constants! {
 /// The numbers that are decided with, by file.
 pub(super) static TABLES: &[Table] = &[
     CONSTANTS,
+    circle::CONSTANTS,
     cluster::CONSTANTS,
     face::CONSTANTS,
     lattice::CONSTANTS,
-    patterns::CONSTANTS,
     search::CONSTANTS,
     sizes::CONSTANTS,
     snap::CONSTANTS,
