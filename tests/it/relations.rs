@@ -1,10 +1,11 @@
 //! Relations of regions against those of the true surfaces.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use conicoid::{
-    geometry::{PointCloud, Surface, Vec3},
-    model::relations::{Relation, RelationKind as Kind, Relations},
+    geometry::{PointCloud, Surface, SurfaceType, Vec3},
+    model::relations::{MeasureKind, Relation, RelationKind as Kind, Relations},
     segment::{Parameters, Region, Segmentation, Silent, segment},
 };
 
@@ -317,4 +318,98 @@ fn snapped_surfaces_hold_every_accepted_relation_and_moved_no_more_than_their_un
             }
         }
     }
+}
+
+/// A pipe of radius 20 along x, an elbow of a quarter turn about a centre 60 above, and the pipe beyond.
+fn elbow(random: &mut Random) -> Cloud {
+    let (radius, major, length) = (20.0, 60.0, 110.0);
+    let from = Vec3::zeros();
+    let corner = Vec3::new(major, 0.0, major);
+    let patches = vec![
+        Patch::cylinder(
+            from - length * Vec3::x(),
+            length * Vec3::x(),
+            radius,
+            [0.0, TAU],
+            7000,
+            random,
+        ),
+        Patch::cylinder(corner, length * Vec3::z(), radius, [0.0, TAU], 7000, random),
+        Patch::torus(
+            major * Vec3::z(),
+            [-Vec3::z(), Vec3::x()],
+            [major, radius],
+            TAU / 4.0,
+            6000,
+            random,
+        ),
+    ];
+    let cloud = Cloud::assemble("elbow", patches, 0.05, 100, random);
+    cloud.moved(&random.rotation(), &Vec3::new(300.0, -200.0, 100.0))
+}
+
+#[test]
+fn an_elbow_runs_into_its_pipes() {
+    for seed in 1..=3 {
+        let mut regions = run(&elbow(&mut Random::new(seed))).regions;
+        assert_eq!(regions.len(), 3, "{seed}");
+        let mut relations = Relations::of(&regions);
+        relations.snap(&mut regions).unwrap();
+        let (all, _) = relations.told();
+        let of = |kind: Kind| all.iter().filter(move |r| r.kind == kind && r.accepted);
+        assert_eq!(of(Kind::Tangent).count(), 2, "{seed}: {all:?}");
+        assert!(of(Kind::EqualRadius).any(|r| r.regions.len() == 3), "{seed}: {all:?}");
+        // the pipes' axes are perpendicular to the elbow's, and to each other
+        assert_eq!(of(Kind::Perpendicular).count(), 3, "{seed}: {all:?}");
+        let snapped: Vec<Surface> = regions.iter().map(|r| r.snapped.unwrap().surface).collect();
+        let Some(Surface::Torus(ring)) = snapped.iter().find(|s| matches!(s, Surface::Torus(_)))
+        else {
+            panic!("{snapped:?}")
+        };
+        for surface in &snapped {
+            let Surface::Cylinder(pipe) = surface else { continue };
+            let to_axis = pipe.axis_point - ring.center;
+            let arm = pipe.axis_direction.cross(&ring.axis_direction);
+            assert!((to_axis.dot(&arm).abs() - ring.major_radius).abs() < 1e-9);
+            assert!(to_axis.dot(&ring.axis_direction).abs() < 1e-9);
+            assert!((pipe.radius - ring.minor_radius).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn a_fillets_torus_shares_the_axis_of_its_boss_and_touches_boss_and_plate() {
+    let found = run(&cad::make("flange", 2, 80_000, 0.01, true).unwrap());
+    let is_torus = |r: &usize| found.regions[*r].surface_type == SurfaceType::Torus;
+    let all = told(&found.regions);
+    assert!(all.iter().any(|r| r.kind == Kind::Coaxial && r.regions.iter().any(is_torus)));
+    let touches = all.iter().filter(|r| r.kind == Kind::Tangent && r.regions.iter().any(is_torus));
+    assert!(touches.count() >= 2, "{all:?}");
+}
+
+#[test]
+fn distances_and_angles_are_those_of_the_true_surfaces_within_their_uncertainty() {
+    let cloud = cad::make("bracket", 4, 80_000, 0.01, true).unwrap();
+    let found = run(&cloud);
+    let surfaces = true_surfaces(&cloud, &found);
+    let (_, measures) = Relations::of(&found.regions).told();
+    let (mut square, mut count) = (0.0, 0);
+    for measure in &measures {
+        let [Some(a), Some(b)] = measure.regions.map(|r| surfaces[r]) else { continue };
+        let ((u, x), (v, y)) = (direction(&a).unwrap(), direction(&b).unwrap());
+        let apart = super::support::related::place(&a) - super::support::related::place(&b);
+        let truth = match measure.kind {
+            MeasureKind::Distance if x => u.cross(&apart).norm(),
+            MeasureKind::Distance => u.dot(&apart).abs(),
+            MeasureKind::Angle => {
+                let between = u.dot(&v).abs().min(1.0).acos();
+                if x == y { between } else { FRAC_PI_2 - between }
+            }
+        };
+        let off = (measure.value - truth) / measure.uncertainty;
+        assert!(off.abs() < 5.0, "{measure:?} {truth}");
+        square += off * off;
+        count += 1;
+    }
+    assert!(count > 40 && (0.4..1.8).contains(&(square / f64::from(count))), "{count} {square}");
 }
