@@ -10,14 +10,15 @@ pub fn survival(x: f64, freedom: usize) -> f64 {
         return if x.is_nan() { 0.0 } else { 1.0 };
     }
     let half = x / 2.0;
-    let (first, mut term, from) = if freedom % 2 == 0 {
+    let even = freedom.is_multiple_of(2);
+    let (first, mut term, from) = if even {
         ((-half).exp(), (-half).exp(), 2)
     } else {
         (libm::erfc(half.sqrt()), (2.0 * x / PI).sqrt() * (-half).exp(), 3)
     };
     let mut sum = first;
     for k in (from..freedom).step_by(2) {
-        if freedom % 2 == 0 {
+        if even {
             term *= x / k as f64;
             sum += term;
         } else {
@@ -25,7 +26,7 @@ pub fn survival(x: f64, freedom: usize) -> f64 {
             term *= x / k as f64;
         }
     }
-    if freedom % 2 == 1 && freedom > 1 {
+    if !even && freedom > 1 {
         sum += term;
     }
     sum.min(1.0)

@@ -132,7 +132,8 @@ impl<'a> Joint<'a> {
             told.plain += ln_density((row.residual / plain).powi(2), 1, plain.ln());
             // beside the surfaces as fitted each equation is off by about its own deviation
             let off = self.off.unwrap_or(own.sqrt());
-            if !(left > (IMPLIED + CURVED * off * off) * own) {
+            let says_something = left > (IMPLIED + CURVED * off * off) * own;
+            if !says_something {
                 told.contradiction = told.contradiction.max(rest.abs() / plain);
                 told.keep_largest(row.residual, plain);
                 continue;

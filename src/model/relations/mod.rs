@@ -126,7 +126,7 @@ impl Relations {
     pub fn told(self) -> (Vec<Relation>, Vec<Measure>) {
         let mut relations: Vec<Relation> =
             self.found.into_iter().flat_map(|a| a.relations).collect();
-        relations.sort_by(|a, b| a.kind.cmp(&b.kind));
+        relations.sort_by_key(|r| r.kind);
         let mut measures = self.measures;
         measures.sort_by(|a, b| a.kind.cmp(&b.kind).then(a.regions.cmp(&b.regions)));
         (relations, measures)

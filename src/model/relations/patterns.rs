@@ -126,7 +126,8 @@ fn accept(
     let volume = search.frame.size.powi(equations as i32);
     let innovation = search.ask(constraint);
     let odds = innovation.evidence(equations, volume) - trials.ln();
-    if !(odds > ODDS.get()) || search.take(constraint).is_none() {
+    let sure = odds > ODDS.get();
+    if !sure || search.take(constraint).is_none() {
         return None;
     }
     let unit = search.frame.unit;

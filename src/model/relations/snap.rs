@@ -42,26 +42,44 @@ pub struct Snap {
 pub fn snap(faces: &[Face], found: &[Accepted]) -> Snap {
     let mut left_out = Vec::new();
     loop {
-        let mut snap = solve(faces, found, &left_out);
-        let Some(worst) = snap.worst(faces, found, &left_out) else {
+        let trial = solve(faces, found, &left_out);
+        let Some(worst) = trial.worst(faces, found) else {
             left_out.sort_unstable();
-            return Snap { left_out, ..snap.take() };
+            return Snap { left_out, ..trial.snap };
         };
         left_out.push(worst);
         // what stands on it goes with it; what is needed was found before
-        for k in 0..found.len() {
+        for (k, accepted) in found.iter().enumerate() {
             let stands = |n: &usize| left_out.contains(n);
-            if !left_out.contains(&k) && found[k].needs.iter().any(stands) {
+            if !left_out.contains(&k) && accepted.needs.iter().any(stands) {
                 left_out.push(k);
             }
         }
     }
 }
 
+/// How a constraint does in a solution.
+struct Told {
+    /// The place of its relation.
+    relation: usize,
+    /// The faces it binds.
+    faces: Vec<usize>,
+    /// What it added to those before it.
+    innovation: Innovation,
+    /// How far it is from holding.
+    off: f64,
+}
+
+impl Told {
+    fn holds(&self) -> bool {
+        self.off < EXACT
+    }
+}
+
 /// A solution, and how each constraint does.
 struct Trial {
-    snap: Option<Snap>,
-    told: Vec<(usize, Vec<usize>, Innovation, f64)>,
+    snap: Snap,
+    told: Vec<Told>,
 }
 
 fn solve(faces: &[Face], found: &[Accepted], left_out: &[usize]) -> Trial {
@@ -75,7 +93,15 @@ fn solve(faces: &[Face], found: &[Accepted], left_out: &[usize]) -> Trial {
     let (mut told, mut chi2, mut total, mut rank) = (Vec::new(), Vec::new(), 0.0, 0);
     for _ in 0..STEPS.get() {
         let mut joint = Joint::beside(faces, at, off);
-        told = asked.iter().map(|(k, c)| (*k, c.faces(), joint.add(c), 0.0)).collect();
+        told = asked
+            .iter()
+            .map(|(relation, c)| Told {
+                relation: *relation,
+                faces: c.faces(),
+                innovation: joint.add(c),
+                off: f64::INFINITY,
+            })
+            .collect::<Vec<_>>();
         (at, chi2) = joint.solved();
         (total, rank) = (joint.chi2(), joint.rank());
         let next = farthest(faces, &at, asked.iter().map(|a| a.1));
@@ -85,46 +111,31 @@ fn solve(faces: &[Face], found: &[Accepted], left_out: &[usize]) -> Trial {
         }
     }
     for (told, (_, constraint)) in told.iter_mut().zip(&asked) {
-        told.3 = farthest(faces, &at, std::iter::once(*constraint));
+        told.off = farthest(faces, &at, std::iter::once(*constraint));
     }
-    Trial { snap: Some(Snap { steps: at, chi2, total, rank, left_out: Vec::new() }), told }
+    Trial { snap: Snap { steps: at, chi2, total, rank, left_out: Vec::new() }, told }
 }
 
 impl Trial {
-    fn take(&mut self) -> Snap {
-        self.snap.take().unwrap_or(Snap {
-            steps: Vec::new(),
-            chi2: Vec::new(),
-            total: 0.0,
-            rank: 0,
-            left_out: Vec::new(),
-        })
-    }
-
-    /// What has to be left out, if anything.
-    fn worst(&self, faces: &[Face], found: &[Accepted], left_out: &[usize]) -> Option<usize> {
-        let snap = self.snap.as_ref()?;
-        let least = |which: &dyn Fn(&(usize, Vec<usize>, Innovation, f64)) -> bool| {
-            let those = self.told.iter().filter(|t| which(t)).map(|t| t.0);
-            those.min_by(|&a, &b| found[a].odds().total_cmp(&found[b].odds()))
+    /// The relation that has to be left out, if any.
+    fn worst(&self, faces: &[Face], found: &[Accepted]) -> Option<usize> {
+        let odds = |k: &usize| found[*k].odds();
+        let least = |which: &dyn Fn(&Told) -> bool| {
+            let those = self.told.iter().filter(|t| which(t)).map(|t| t.relation);
+            those.min_by(|a, b| odds(a).total_cmp(&odds(b)))
         };
-        if left_out.len() == found.len() {
-            return None;
-        }
-        let p = |face: usize| survival(snap.chi2[face], faces[face].shape.family.dof());
+        let p = |face: usize| survival(self.snap.chi2[face], faces[face].shape.family.dof());
         let farthest = (0..faces.len()).min_by(|&a, &b| p(a).total_cmp(&p(b)));
         if let Some(face) = farthest.filter(|&f| p(f) < COMPATIBLE.get()) {
-            return least(&|t| t.1.contains(&face));
+            return least(&|t| t.faces.contains(&face));
         }
-        if let Some(k) = least(&|t| !(t.3 < EXACT)) {
-            return Some(k);
+        let inexact = least(&|t| !t.holds());
+        if inexact.is_some() || survival(self.snap.total, self.snap.rank) >= COMPATIBLE.get() {
+            return inexact;
         }
-        if survival(snap.total, snap.rank) < COMPATIBLE.get() {
-            let those = self.told.iter().filter(|t| t.2.rank > 0);
-            let p = |t: &&(usize, Vec<usize>, Innovation, f64)| t.2.probability();
-            return those.min_by(|a, b| p(a).total_cmp(&p(b))).map(|t| t.0);
-        }
-        None
+        let new = self.told.iter().filter(|t| t.innovation.rank > 0);
+        let p = |t: &Told| t.innovation.probability();
+        new.min_by(|a, b| p(a).total_cmp(&p(b))).map(|t| t.relation)
     }
 }
 

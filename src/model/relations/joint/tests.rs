@@ -40,6 +40,10 @@ fn constraints() -> Vec<Constraint> {
     ]
 }
 
+fn add(joint: &mut Joint, all: &[Constraint]) -> Vec<Innovation> {
+    all.iter().map(|c| joint.add(c)).collect()
+}
+
 /// Steps of least chi-squared that meet all rows at once, from the pseudo-inverse of the whole matrix.
 fn dense(faces: &[Face], constraints: &[Constraint]) -> (Vec<f64>, f64) {
     let first: Vec<usize> = faces
@@ -102,19 +106,16 @@ fn equations_one_by_one_lead_to_the_solution_of_all_at_once() {
 fn an_equation_that_follows_adds_nothing_and_one_that_contradicts_is_seen() {
     let faces = scene();
     let mut joint = Joint::new(&faces);
-    let at = |joint: &mut Joint, all: &[Constraint]| -> Vec<Innovation> {
-        all.iter().map(|c| joint.add(c)).collect()
-    };
-    at(&mut joint, &constraints());
+    add(&mut joint, &constraints());
     // settled, the second tube is perpendicular to the plane's normal and tangent to the plane by itself
     let steps = joint.solved().0;
     let off = farthest(&faces, &steps, constraints().iter());
     assert!(off < 1e-4, "{off}");
     let mut joint = Joint::beside(&faces, steps, Some(off));
-    at(&mut joint, &constraints());
+    add(&mut joint, &constraints());
     let rank = joint.rank();
     let tangent = Constraint::Tangent { faces: [1, 2], section: Section::Across, outside: false };
-    let told = at(&mut joint, &[Constraint::Perpendicular([1, 2]), tangent]);
+    let told = add(&mut joint, &[Constraint::Perpendicular([1, 2]), tangent]);
     assert!(told.iter().all(|t| t.rank == 0 && t.contradiction < 0.1), "{told:?}");
     // touching from the other side would take the tube a diameter away
     let told = joint.add(&Constraint::InPlane([2, 0]));
@@ -128,12 +129,12 @@ fn what_is_taken_away_leaves_no_trace() {
     let faces = scene();
     let all = constraints();
     let mut once = Joint::new(&faces);
-    all.iter().for_each(|c| drop(once.add(c)));
+    add(&mut once, &all);
     let mut twice = Joint::new(&faces);
-    all[..2].iter().for_each(|c| drop(twice.add(c)));
+    add(&mut twice, &all[..2]);
     let rank = twice.rank();
-    all[3..].iter().for_each(|c| drop(twice.add(c)));
+    add(&mut twice, &all[3..]);
     twice.truncate(rank);
-    all[2..].iter().for_each(|c| drop(twice.add(c)));
+    add(&mut twice, &all[2..]);
     assert_eq!(once.solved().0, twice.solved().0);
 }
