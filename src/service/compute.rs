@@ -106,6 +106,7 @@ fn document(
     let mut regions = found.regions;
     let mut relations = Relations::of(&regions);
     let snapping = if snap { relations.snap(&mut regions) } else { None };
+    let relation_scatter = relations.scatter;
     let (relations, measures) = relations.told();
     let reasons = found.unassigned.reasons.into_iter().map(|(why, n)| (why.to_owned(), n));
     let skipped = (input.skipped > 0).then(|| ("not_finite".to_owned(), input.skipped));
@@ -122,6 +123,7 @@ fn document(
         sampling: found.sampling,
         warnings: found.warnings,
         relations,
+        relation_scatter,
         measures,
         snapping,
         counters: found.counters,

@@ -34,6 +34,11 @@ pub struct Document {
     /// Between the 400 largest at most, and those whose uncertainty is known.
     #[serde(default)]
     pub relations: Vec<Relation>,
+    /// By how much the surfaces stand off from where their relations would have them, beyond what the uncertainty of their
+    /// measurement explains: how exactly the part was made, in the input's unit. It counts as part of every surface's
+    /// uncertainty in `relations`, `measures` and `snapped`. 0 where the measurement explains all.
+    #[serde(default)]
+    pub relation_scatter: f64,
     /// Distances of parallel surfaces from the next, and angles of touching ones.
     #[serde(default)]
     pub measures: Vec<Measure>,

@@ -257,6 +257,7 @@ mod tests {
                 sampling: None,
                 warnings: Vec::new(),
                 relations: Vec::new(),
+                relation_scatter: 0.0,
                 measures: Vec::new(),
                 snapping: None,
                 counters: Counters::default(),

@@ -14,6 +14,6 @@ pub mod score;
 pub mod smooth;
 mod solid;
 
-pub use cloud::{Cloud, TrueSurface};
+pub use cloud::{Cloud, TrueSurface, moved_surface};
 pub use patch::Patch;
 pub use random::Random;

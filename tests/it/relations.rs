@@ -11,7 +11,7 @@ use conicoid::{
 
 use super::support::{
     related::{KINDS, deviation, direction, pairs, truth},
-    truth::{Cloud, Patch, Random, cad},
+    truth::{Cloud, Patch, Random, cad, moved_surface},
 };
 
 fn run(cloud: &Cloud) -> Segmentation {
@@ -110,6 +110,35 @@ fn relations_of_machined_parts_are_those_of_their_true_surfaces() {
     }
     assert!(found > 5000, "{counts:?}");
     assert!(100 * missed <= found && 100 * false_ones <= found, "{counts:?}");
+}
+
+#[test]
+fn a_part_that_was_made_less_exactly_than_it_is_measured_keeps_its_relations() {
+    for (name, points, made) in [("bracket", 60_000, 0.01), ("housing", 120_000, 0.004)] {
+        let found = run(&cad::make(name, 2, points, 0.01, true).unwrap());
+        let exact = Relations::of(&found.regions);
+        assert_eq!(exact.scatter, 0.0, "{name}");
+        let exact = exact.told().0;
+        let random = &mut Random::new(8);
+        let mut regions = found.regions;
+        for region in &mut regions {
+            let extent = region.extent.unwrap();
+            let [low, high] = [extent.min, extent.max].map(Vec3::from);
+            let middle = (low + high) / 2.0;
+            let turn = random.normal3() * (2.0 * made / (high - low).norm());
+            let rotation = nalgebra::Rotation3::new(turn);
+            let shift = middle - rotation * middle + made * random.normal3();
+            region.surface = region.surface.map(|s| moved_surface(&s, &rotation, &shift));
+        }
+        let relations = Relations::of(&regions);
+        assert!(relations.scatter > made / 3.0 && relations.scatter < 3.0 * made, "{name}");
+        let kept = |all: &[Relation]| -> usize {
+            let directed = |r: &&Relation| matches!(r.kind, Kind::Parallel | Kind::Perpendicular);
+            all.iter().filter(directed).map(|r| pairs(r).len()).sum()
+        };
+        let (before, after) = (kept(&exact), kept(&relations.told().0));
+        assert!(after * 10 > before * 9, "{name}: {after} of {before}");
+    }
 }
 
 /// Planes, cylinders and balls with nothing in common, apart from each other.

@@ -272,6 +272,7 @@ async fn relations_and_snapped_surfaces_are_the_same_in_json_and_protobuf_from_e
         assert_eq!(measure["regions"], serde_json::json!(told.regions));
         assert_eq!(measure["value"], told.value);
     }
+    assert_eq!(json["relation_scatter"], message.relation_scatter);
     assert_eq!(json["snapping"]["chi2"], message.snapping.unwrap().chi2);
     for (region, told) in json["regions"].as_array().unwrap().iter().zip(&message.regions) {
         let told = told.snapped.as_ref().unwrap();

@@ -25,6 +25,9 @@ pub struct Group<T> {
     pub value: T,
     /// Natural logarithm of the odds that the member of which that is the least sure belongs to the others.
     pub odds: f64,
+    /// Natural logarithm of the odds that they are one against that none are: those of its members, of which the first is
+    /// free.
+    pub weight: f64,
 }
 
 /// Groups of values that are one, each value in exactly one of them, by a Bayesian choice between "one and the same" and
@@ -70,6 +73,8 @@ fn sure<const D: usize, T: Estimate<D>>(
             let odds: Vec<f64> = group.members.iter().map(belongs).collect();
             let least = (0..odds.len()).min_by(|&a, &b| odds[a].total_cmp(&odds[b])).unwrap_or(0);
             group.odds = odds[least];
+            let size = odds.len() as f64;
+            group.weight = odds.iter().sum::<f64>() * (size - 1.0) / size;
             if group.odds > ODDS.get() {
                 break;
             }
@@ -78,7 +83,11 @@ fn sure<const D: usize, T: Estimate<D>>(
                 members: vec![alone],
                 value: items[alone].clone(),
                 odds: f64::INFINITY,
+                weight: 0.0,
             });
+        }
+        if group.members.len() < 2 {
+            (group.odds, group.weight) = (f64::INFINITY, 0.0);
         }
         let members = group.members.iter().map(|&m| Some(items[m].clone()));
         if let Some(value) = members.reduce(|a, b| a?.joined(&b?)).flatten() {
@@ -141,7 +150,7 @@ impl Ord for Step {
 
 fn joined<const D: usize, T: Estimate<D>>(items: &[T], concentration: f64) -> Vec<Group<T>> {
     let single = |(k, item): (usize, &T)| {
-        Some(Group { members: vec![k], value: item.clone(), odds: f64::INFINITY })
+        Some(Group { members: vec![k], value: item.clone(), odds: f64::INFINITY, weight: 0.0 })
     };
     // a group that is joined to another leaves its place; the joined one takes a new one
     let mut groups: Vec<Option<Group<T>>> = items.iter().enumerate().map(single).collect();
@@ -155,7 +164,7 @@ fn joined<const D: usize, T: Estimate<D>>(items: &[T], concentration: f64) -> Ve
         let mut members = [&first.members[..], &second.members[..]].concat();
         members.sort_unstable();
         (groups[a], groups[b]) = (None, None);
-        groups.push(Some(Group { members, value, odds }));
+        groups.push(Some(Group { members, value, odds, weight: 0.0 }));
         let last = groups.len() - 1;
         steps.extend((0..last).filter_map(|k| step(&groups, [k, last], concentration)));
     }

@@ -15,11 +15,25 @@ fn direction(face: &Face) -> Direction {
     Direction { w: face.shape.w(), across: face.across(), covariance: face.direction_covariance() }
 }
 
+/// The places of the faces that have a direction, and these.
+fn directed(faces: &[Face]) -> (Vec<usize>, Vec<Direction>) {
+    let has = (0..faces.len()).filter(|&k| faces[k].is_directed());
+    has.map(|k| (k, direction(&faces[k]))).unzip()
+}
+
+/// Natural logarithm of how much more likely the directions of `faces` are with all that they have in common than without.
+pub fn weight(faces: &[Face]) -> f64 {
+    let groups = cluster(&directed(faces).1);
+    let values: Vec<Direction> = groups.iter().map(|g| g.value).collect();
+    let (pairs, prior) = right_angles(&values);
+    let square: f64 =
+        pairs.iter().map(|p| p.evidence + prior).filter(|odds| *odds > ODDS.get()).sum();
+    groups.iter().map(|g| g.weight).sum::<f64>() + square
+}
+
 /// The bundles of faces with a common direction, those of one face too; accepts that they are parallel.
 pub fn parallel(search: &mut Search) -> Vec<Bundle> {
-    let places: Vec<usize> =
-        (0..search.faces.len()).filter(|&k| search.faces[k].is_directed()).collect();
-    let items: Vec<Direction> = places.iter().map(|&k| direction(&search.faces[k])).collect();
+    let (places, items) = directed(search.faces);
     let mut bundles = Vec::new();
     for group in cluster(&items) {
         bundles.extend(bundle(search, &places, &items, &group));
@@ -106,13 +120,8 @@ struct Pair {
 
 /// Accepts which bundles are at right angles to each other. Gives these pairs, and where each stands among what was found.
 pub fn perpendicular(search: &mut Search, bundles: &[Bundle]) -> BTreeMap<[usize; 2], usize> {
-    let pairs: Vec<Pair> = (0..bundles.len())
-        .flat_map(|b| (0..b).map(move |a| [a, b]))
-        .filter_map(|pair| right_angle(bundles, pair))
-        .collect();
-    let all = (bundles.len() * bundles.len().saturating_sub(1) / 2) as f64;
-    let evidence: Vec<f64> = pairs.iter().map(|p| p.evidence).collect();
-    let prior = log_odds(learned_share(&evidence, all));
+    let directions: Vec<Direction> = bundles.iter().map(|b| b.direction).collect();
+    let (pairs, prior) = right_angles(&directions);
     let mut sure: Vec<&Pair> = pairs.iter().filter(|p| p.evidence + prior > ODDS.get()).collect();
     sure.sort_by(|a, b| b.evidence.total_cmp(&a.evidence).then(a.bundles.cmp(&b.bundles)));
     let mut accepted = BTreeMap::new();
@@ -127,8 +136,20 @@ pub fn perpendicular(search: &mut Search, bundles: &[Bundle]) -> BTreeMap<[usize
     accepted
 }
 
-fn right_angle(bundles: &[Bundle], pair: [usize; 2]) -> Option<Pair> {
-    let [a, b] = pair.map(|k| &bundles[k].direction);
+/// The pairs of directions that may be at right angles, and the odds of that without their evidence.
+fn right_angles(directions: &[Direction]) -> (Vec<Pair>, f64) {
+    let pairs: Vec<Pair> = (0..directions.len())
+        .flat_map(|b| (0..b).map(move |a| [a, b]))
+        .filter_map(|pair| right_angle(directions, pair))
+        .collect();
+    let all = (directions.len() * directions.len().saturating_sub(1) / 2) as f64;
+    let evidence: Vec<f64> = pairs.iter().map(|p| p.evidence).collect();
+    let prior = log_odds(learned_share(&evidence, all));
+    (pairs, prior)
+}
+
+fn right_angle(directions: &[Direction], pair: [usize; 2]) -> Option<Pair> {
+    let [a, b] = pair.map(|k| &directions[k]);
     let cosine = a.w.dot(&b.w);
     let variance = a.variance_along(&b.w) + b.variance_along(&a.w);
     let uncertainty = variance.sqrt();

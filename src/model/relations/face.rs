@@ -75,6 +75,8 @@ pub struct Face {
     pub is_round: bool,
     /// Where a plane's points are.
     pub patch: Option<Patch>,
+    /// Half of the diagonal of its points' box, in the scene's frame: how far they reach from its origin.
+    pub reach: f64,
 }
 
 /// Area and middle of a plane's outline, in the scene's frame.
@@ -146,9 +148,32 @@ impl Face {
             region: region.id,
             shape,
             covariance,
+            reach: region
+                .extent
+                .map_or(0.0, |e| (Vec3::from(e.max) - Vec3::from(e.min)).norm() / 2.0 / frame.unit),
             patch: Patch::of(region, frame),
             is_round: region.dimensions.swept_angle.is_some_and(|angle| angle > ROUND.get()),
         })
+    }
+
+    /// The same known to no better than if its points had been made no better than to `scatter` in the scene's frame: its
+    /// position and sizes to that, its direction and angles to that over its reach.
+    pub fn scattered(&self, scatter: f64) -> Self {
+        let mut covariance = self.covariance.clone();
+        let angle = scatter / self.reach.max(scatter);
+        let sizes = covariance.nrows() - sizes_of(self.shape.family);
+        for k in 0..covariance.nrows() {
+            let share = match self.shape.family {
+                Family::EllipticCylinder | Family::Ellipsoid if k >= sizes => {
+                    scatter / self.shape.size[k - sizes]
+                }
+                Family::Cone if k > sizes => angle,
+                _ if k < self.position().end || k >= sizes => scatter,
+                _ => angle,
+            };
+            covariance[(k, k)] += share * share;
+        }
+        Self { covariance, ..self.clone() }
     }
 
     /// Whether it has a direction, a plane's normal or an axis, that is known.
@@ -215,6 +240,16 @@ impl Face {
         let known = basis * covariance * basis.transpose();
         let known = Matrix2::new(known.m22, -known.m21, -known.m12, known.m11);
         Some((&gain * turned, here + &gain * known * gain.transpose()))
+    }
+}
+
+/// How many sizes a family has among its degrees of freedom.
+pub fn sizes_of(family: Family) -> usize {
+    match family {
+        Family::Plane => 0,
+        Family::Sphere | Family::Cylinder => 1,
+        Family::Cone | Family::EllipticCylinder | Family::Torus => 2,
+        Family::Ellipsoid => 3,
     }
 }
 

@@ -22,6 +22,7 @@ mod lattice;
 mod measures;
 mod patterns;
 mod positions;
+mod scatter;
 mod search;
 mod sizes;
 mod snap;
@@ -52,6 +53,7 @@ pub(super) static TABLES: &[Table] = &[
     cluster::CONSTANTS,
     face::CONSTANTS,
     lattice::CONSTANTS,
+    scatter::CONSTANTS,
     search::CONSTANTS,
     sizes::CONSTANTS,
     snap::CONSTANTS,
@@ -65,6 +67,9 @@ pub struct Relations {
     frame: Option<Frame>,
     found: Vec<Accepted>,
     measures: Vec<Measure>,
+    /// By how much, in the input's unit, the surfaces stand off from where the relations would have them beyond what their
+    /// uncertainties explain.
+    pub scatter: f64,
 }
 
 impl Relations {
@@ -73,7 +78,11 @@ impl Relations {
         let Some(frame) = Frame::of(regions.iter().filter_map(|r| r.extent)) else {
             return Self::default();
         };
-        let faces = faces(regions, &frame);
+        let mut faces = faces(regions, &frame);
+        let scatter = scatter::scatter(&faces, frame.size);
+        if scatter > 0.0 {
+            faces.iter_mut().for_each(|f| *f = f.scattered(scatter));
+        }
         let touching = touching(regions, &faces);
         let mut search = Search::new(&faces, frame);
         let bundles = directions::parallel(&mut search);
@@ -99,7 +108,7 @@ impl Relations {
         let scene = Scene { bundles: &bundles, planes: &planes, lines: &lines, radii: &radii };
         (0..bundles.len()).for_each(|k| symmetry::symmetric(&mut search, &scene, k));
         let found = search.found;
-        Self { faces, frame: Some(frame), found, measures }
+        Self { faces, frame: Some(frame), found, measures, scatter: scatter * frame.unit }
     }
 
     /// Gives each of `regions` a second surface, so that all accepted relations hold between these; relations that do not

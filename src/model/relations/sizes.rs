@@ -5,6 +5,7 @@ use nalgebra::{Matrix2, SMatrix, SVector, Vector1};
 use super::cluster::cluster;
 use super::constraint::{Constraint, Slot};
 use super::estimate::Place;
+use super::face::sizes_of;
 use super::positions::common;
 use super::search::{Search, part};
 use super::told::RelationKind;
@@ -76,16 +77,6 @@ fn of_kind(
         }
     }
     groups
-}
-
-/// How many sizes a family has among its degrees of freedom.
-fn sizes_of(family: Family) -> usize {
-    match family {
-        Family::Plane => 0,
-        Family::Sphere | Family::Cylinder => 1,
-        Family::Cone | Family::EllipticCylinder | Family::Torus => 2,
-        Family::Ellipsoid => 3,
-    }
 }
 
 /// All semi-axes of two ellipses or ellipsoids, in their logarithms, as the covariance has them.

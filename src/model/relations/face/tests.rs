@@ -96,7 +96,7 @@ fn a_direction_that_another_is_given_moves_the_position_as_the_covariance_says()
     let mut covariance = DMatrix::from_diagonal_element(5, 5, 1e-6);
     covariance[(0, 3)] = 5e-7;
     covariance[(3, 0)] = 5e-7;
-    let face = Face { region: 0, shape, covariance, is_round: true, patch: None };
+    let face = Face { region: 0, shape, covariance, is_round: true, patch: None, reach: 0.1 };
     let [u, w] = [0, 2].map(|k| Vec3::from(shape.frame.column(k).into_owned()));
     let turned = Rotation3::new(1e-3 * Vec3::from(shape.frame.column(1).into_owned())) * w;
     let (known, across) = (Matrix2::zeros(), face.across());

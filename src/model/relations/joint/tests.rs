@@ -14,7 +14,7 @@ fn face(region: usize, shape: Shape, deviation: f64) -> Face {
         std::cmp::Ordering::Less => 0.0,
     });
     let covariance = &root * root.transpose() * (deviation * deviation);
-    Face { region, shape, covariance, is_round: true, patch: None }
+    Face { region, shape, covariance, is_round: true, patch: None, reach: 0.1 }
 }
 
 fn scene() -> Vec<Face> {
