@@ -5,7 +5,7 @@
 #![allow(dead_code, reason = "each user of this module needs a part of it")]
 
 pub mod cad;
-mod cloud;
+pub mod cloud;
 pub mod dump;
 mod patch;
 pub mod quick;
@@ -14,6 +14,6 @@ pub mod score;
 pub mod smooth;
 mod solid;
 
-pub use cloud::{Cloud, TrueSurface, moved_surface};
+pub use cloud::{Cloud, TrueSurface};
 pub use patch::Patch;
 pub use random::Random;

@@ -11,7 +11,7 @@ use conicoid::{
 
 use super::support::{
     related::{KINDS, deviation, direction, pairs, truth},
-    truth::{Cloud, Patch, Random, cad, moved_surface},
+    truth::{Cloud, Patch, Random, cad, cloud::moved_surface},
 };
 
 fn run(cloud: &Cloud) -> Segmentation {
