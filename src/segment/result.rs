@@ -112,7 +112,8 @@ pub struct Region {
     pub extent: Option<Extent>,
     /// The regions it touches.
     pub neighbours: Vec<Neighbour>,
-    /// The surface for which the accepted relations hold exactly; with `snap` alone, and where the uncertainty is known.
+    /// The surface for which the accepted relations hold exactly; with `snap` alone. Its own where that is related to no
+    /// other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub snapped: Option<Snapped>,
 }

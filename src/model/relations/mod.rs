@@ -83,43 +83,35 @@ impl Relations {
         if scatter > 0.0 {
             faces.iter_mut().for_each(|f| *f = f.scattered(scatter));
         }
-        let touching = touching(regions, &faces);
-        let mut search = Search::new(&faces, frame);
-        let bundles = directions::parallel(&mut search);
-        let square = directions::perpendicular(&mut search, &bundles);
-        search.settle();
-        let (mut lines, mut planes, mut measures) = (Vec::new(), Vec::new(), Vec::new());
-        for bundle in &bundles {
-            lines.push(positions::coaxial(&mut search, bundle));
-            let along = positions::coplanar(&mut search, bundle);
-            measures.extend(measures::of_planes(&search, &along));
-            planes.push(along);
-        }
-        measures.extend(lines.iter().flat_map(|l| measures::of_lines(&search, l)));
-        measures.extend(measures::angles(&search, &bundles, &square, &touching));
-        positions::concentric(&mut search);
-        let radii = sizes::equal(&mut search);
-        let known = Known { bundles: &bundles, square: &square, lines: &lines };
-        search.settle();
-        tangents::tangent(&mut search, &known, &touching);
-        for (bundle, lines) in bundles.iter().zip(&lines) {
-            patterns::patterns(&mut search, bundle, lines, &radii);
-        }
-        let scene = Scene { bundles: &bundles, planes: &planes, lines: &lines, radii: &radii };
-        (0..bundles.len()).for_each(|k| symmetry::symmetric(&mut search, &scene, k));
-        let found = search.found;
+        let (found, measures) = between(&faces, frame, regions);
         Self { faces, frame: Some(frame), found, measures, scatter: scatter * frame.unit }
     }
 
-    /// Gives each of `regions` a second surface, so that all accepted relations hold between these; relations that do not
-    /// go together with the others are not accepted any more. `regions` are those that the relations are of.
+    /// Gives each of `regions` a second surface, so that all accepted relations hold between these. `regions` are those that
+    /// the relations are of.
+    ///
+    /// A surface that they would move by more than its uncertainty allows stays as it is, and no relation of it is accepted
+    /// any more; nor is one that contradicts others.
     pub fn snap(&mut self, regions: &mut [Region]) -> Option<Snapping> {
         let frame = self.frame?;
-        let snap = snap::snap(&self.faces, &self.found);
-        for (place, face) in self.faces.iter().enumerate() {
-            if let Some(region) = regions.iter_mut().find(|r| r.id == face.region) {
-                region.snapped = Some(snap.region(place, face, &frame, region));
+        let snap = loop {
+            match snap::snap(&self.faces, &self.found) {
+                Ok(snap) => break snap,
+                Err(moved) => {
+                    let stays =
+                        |(k, face): (usize, &Face)| (!moved.contains(&k)).then(|| face.clone());
+                    self.faces = self.faces.iter().enumerate().filter_map(stays).collect();
+                    // distances and angles need no relation
+                    self.found = between(&self.faces, frame, regions).0;
+                }
             }
+        };
+        for region in regions {
+            let place = self.faces.binary_search_by_key(&region.id, |f| f.region).ok();
+            region.snapped = match place {
+                Some(k) => Some(snap.region(k, &self.faces[k], &frame, region)),
+                None => snap::unmoved(region),
+            };
         }
         for &k in &snap.left_out {
             self.found[k].relations.iter_mut().for_each(|r| r.accepted = false);
@@ -140,6 +132,35 @@ impl Relations {
         measures.sort_by(|a, b| a.kind.cmp(&b.kind).then(a.regions.cmp(&b.regions)));
         (relations, measures)
     }
+}
+
+/// What holds between faces, and the distances and angles of those that are parallel or touch.
+fn between(faces: &[Face], frame: Frame, regions: &[Region]) -> (Vec<Accepted>, Vec<Measure>) {
+    let touching = touching(regions, faces);
+    let mut search = Search::new(faces, frame);
+    let bundles = directions::parallel(&mut search);
+    let square = directions::perpendicular(&mut search, &bundles);
+    search.settle();
+    let (mut lines, mut planes, mut measures) = (Vec::new(), Vec::new(), Vec::new());
+    for bundle in &bundles {
+        lines.push(positions::coaxial(&mut search, bundle));
+        let along = positions::coplanar(&mut search, bundle);
+        measures.extend(measures::of_planes(&search, &along));
+        planes.push(along);
+    }
+    measures.extend(lines.iter().flat_map(|l| measures::of_lines(&search, l)));
+    measures.extend(measures::angles(&search, &bundles, &square, &touching));
+    positions::concentric(&mut search);
+    let radii = sizes::equal(&mut search);
+    let known = Known { bundles: &bundles, square: &square, lines: &lines };
+    search.settle();
+    tangents::tangent(&mut search, &known, &touching);
+    for (bundle, lines) in bundles.iter().zip(&lines) {
+        patterns::patterns(&mut search, bundle, lines, &radii);
+    }
+    let scene = Scene { bundles: &bundles, planes: &planes, lines: &lines, radii: &radii };
+    (0..bundles.len()).for_each(|k| symmetry::symmetric(&mut search, &scene, k));
+    (search.found, measures)
 }
 
 /// The regions as faces, in their order.

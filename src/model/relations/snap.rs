@@ -6,7 +6,7 @@ use super::chi2::survival;
 use super::cluster::COMPATIBLE;
 use super::constraint::Constraint;
 use super::face::{Face, Frame};
-use super::joint::{Innovation, Joint, farthest, moved};
+use super::joint::{Joint, farthest, moved};
 use super::search::Accepted;
 use crate::fit::Shape;
 use crate::fit::constant::constants;
@@ -16,6 +16,8 @@ use crate::segment::{Region, Snapped};
 constants! {
     /// Steps of Newton's method that lead to surfaces for which all equations hold.
     STEPS: usize = 12, Effort("steps; each squares what is left");
+    /// Probability of a face's movement below which it is one of those that are left out where all together move too far.
+    DOUBTFUL: f64 = 1e-3, Derived("one face of a thousand moves so far by chance");
 }
 
 /// What counts as holding, in the scene's size and in radians: a hundredth of what is promised, and far above rounding.
@@ -35,19 +37,33 @@ pub struct Snap {
     pub left_out: Vec<usize>,
 }
 
+/// What the accepted relations do not go with.
+enum Worst {
+    /// Faces that they would move by more than their uncertainty allows.
+    Faces(Vec<usize>),
+    /// The relation that contradicts others, by its place.
+    Relation(usize),
+}
+
 /// The surfaces nearest to those fitted, in units of their uncertainty, for which all that was accepted holds.
 ///
-/// Relations without which the rest holds are left out, the least probable first: those that contradict others, those
-/// that would move a surface by more than its uncertainty allows, and those that would move all together by so much.
-pub fn snap(faces: &[Face], found: &[Accepted]) -> Snap {
+/// Relations that contradict others are left out, the least probable first.
+///
+/// # Errors
+/// The faces that the relations would move by more than their uncertainty allows, each by itself or all together: what was
+/// accepted of them is not right.
+pub fn snap(faces: &[Face], found: &[Accepted]) -> Result<Snap, Vec<usize>> {
     let mut left_out = Vec::new();
     loop {
         let trial = solve(faces, found, &left_out);
-        let Some(worst) = trial.worst(faces, found) else {
-            left_out.sort_unstable();
-            return Snap { left_out, ..trial.snap };
-        };
-        left_out.push(worst);
+        match trial.worst(faces, found) {
+            Some(Worst::Faces(faces)) => return Err(faces),
+            Some(Worst::Relation(worst)) => left_out.push(worst),
+            None => {
+                left_out.sort_unstable();
+                return Ok(Snap { left_out, ..trial.snap });
+            }
+        }
         // what stands on it goes with it; what is needed was found before
         for (k, accepted) in found.iter().enumerate() {
             let stands = |n: &usize| left_out.contains(n);
@@ -62,10 +78,6 @@ pub fn snap(faces: &[Face], found: &[Accepted]) -> Snap {
 struct Told {
     /// The place of its relation.
     relation: usize,
-    /// The faces it binds.
-    faces: Vec<usize>,
-    /// What it added to those before it.
-    innovation: Innovation,
     /// How far it is from holding.
     off: f64,
 }
@@ -90,18 +102,12 @@ fn solve(faces: &[Face], found: &[Accepted], left_out: &[usize]) -> Trial {
         .collect();
     let mut at = Joint::still(faces);
     let mut off = None;
-    let (mut told, mut chi2, mut total, mut rank) = (Vec::new(), Vec::new(), 0.0, 0);
+    let (mut chi2, mut total, mut rank) = (Vec::new(), 0.0, 0);
     for _ in 0..STEPS.get() {
         let mut joint = Joint::beside(faces, at, off);
-        told = asked
-            .iter()
-            .map(|(relation, c)| Told {
-                relation: *relation,
-                faces: c.faces(),
-                innovation: joint.add(c),
-                off: f64::INFINITY,
-            })
-            .collect::<Vec<_>>();
+        asked.iter().for_each(|(_, constraint)| {
+            joint.add(constraint);
+        });
         (at, chi2) = joint.solved();
         (total, rank) = (joint.chi2(), joint.rank());
         let next = farthest(faces, &at, asked.iter().map(|a| a.1));
@@ -110,32 +116,35 @@ fn solve(faces: &[Face], found: &[Accepted], left_out: &[usize]) -> Trial {
             break;
         }
     }
-    for (told, (_, constraint)) in told.iter_mut().zip(&asked) {
-        told.off = farthest(faces, &at, std::iter::once(*constraint));
-    }
+    let told = |(relation, constraint): &(usize, &Constraint)| Told {
+        relation: *relation,
+        off: farthest(faces, &at, std::iter::once(*constraint)),
+    };
+    let told = asked.iter().map(told).collect();
     Trial { snap: Snap { steps: at, chi2, total, rank, left_out: Vec::new() }, told }
 }
 
 impl Trial {
-    /// The relation that has to be left out, if any.
-    fn worst(&self, faces: &[Face], found: &[Accepted]) -> Option<usize> {
-        let odds = |k: &usize| found[*k].odds();
-        let least = |which: &dyn Fn(&Told) -> bool| {
-            let those = self.told.iter().filter(|t| which(t)).map(|t| t.relation);
-            those.min_by(|a, b| odds(a).total_cmp(&odds(b)))
-        };
+    /// What has to be left out, if anything.
+    fn worst(&self, faces: &[Face], found: &[Accepted]) -> Option<Worst> {
         let p = |face: usize| survival(self.snap.chi2[face], faces[face].shape.family.dof());
-        let farthest = (0..faces.len()).min_by(|&a, &b| p(a).total_cmp(&p(b)));
-        if let Some(face) = farthest.filter(|&f| p(f) < COMPATIBLE.get()) {
-            return least(&|t| t.faces.contains(&face));
+        let below = |limit: f64| (0..faces.len()).filter(|&f| p(f) < limit).collect::<Vec<_>>();
+        let least = (0..faces.len()).map(p).fold(1.0, f64::min);
+        if least < COMPATIBLE.get() {
+            // what one pulls at may be right: those that moved about as far as the farthest go first
+            let far = |f: usize| self.snap.chi2[f] / faces[f].shape.family.dof() as f64;
+            let most = (0..faces.len()).map(far).fold(0.0, f64::max);
+            let mut all = below(COMPATIBLE.get());
+            all.retain(|&f| far(f) >= most / 2.0);
+            return Some(Worst::Faces(all));
         }
-        let inexact = least(&|t| !t.holds());
-        if inexact.is_some() || survival(self.snap.total, self.snap.rank) >= COMPATIBLE.get() {
-            return inexact;
+        let odds = |k: &usize| found[*k].odds();
+        let broken = self.told.iter().filter(|t| !t.holds()).map(|t| t.relation);
+        if let Some(worst) = broken.min_by(|a, b| odds(a).total_cmp(&odds(b))) {
+            return Some(Worst::Relation(worst));
         }
-        let new = self.told.iter().filter(|t| t.innovation.rank > 0);
-        let p = |t: &Told| t.innovation.probability();
-        new.min_by(|a, b| p(a).total_cmp(&p(b))).map(|t| t.relation)
+        let fits = survival(self.snap.total, self.snap.rank) >= COMPATIBLE.get();
+        (!fits).then(|| Worst::Faces(below(least.max(DOUBTFUL.get()) * (1.0 + f64::EPSILON))))
     }
 }
 
@@ -158,6 +167,18 @@ impl Snap {
             p_value: survival(self.chi2[place], freedom),
         }
     }
+}
+
+/// The surface of a region that stays as it is; `None` where it has none in engineering terms.
+pub fn unmoved(region: &Region) -> Option<Snapped> {
+    Some(Snapped {
+        surface: region.surface?,
+        coefficients: region.coefficients,
+        coefficients_scale: region.coefficients_scale,
+        local_coefficients: region.local_coefficients,
+        moved: 0.0,
+        p_value: 1.0,
+    })
 }
 
 /// The coefficients about the region's local origin, on the scale of those of the surface as fitted.
