@@ -81,7 +81,6 @@ pub fn discover(
         if model.thin.is_some() {
             break;
         }
-
         drop_unsound(scene, &mut model, families, pass + 1 == PASSES.get());
         if families.policy.merge {
             adopt(scene, &mut model, families.sigma);
@@ -123,7 +122,7 @@ fn first(
         model.thin = Some(enough / 2);
         return Ok((Vec::new(), Vec::new()));
     };
-    if families.common > 0.0 {
+    if families.common > 0.0 || families.rougher {
         model.allowed = families.sigma;
     }
     let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
