@@ -1,6 +1,7 @@
 use nalgebra::Rotation3;
 
 use super::*;
+use crate::segment::Extent;
 
 fn shapes() -> Vec<Shape> {
     let frame = Rotation3::new(Vec3::new(0.3, -0.5, 0.7)).into_inner();
