@@ -19,7 +19,8 @@ use clouds::{
     smooth,
 };
 use conicoid::fit::constant::Adjustable;
-use conicoid::segment::{Parameters, Segmentation, Silent, constants, segment};
+use conicoid::model;
+use conicoid::segment::{self, Parameters, Segmentation, Silent, segment};
 
 /// Machined parts: name, points, noise, whether posed at random.
 const PARTS: [(&str, usize, f64, bool); 14] = [
@@ -43,6 +44,11 @@ fn make(name: &str, seed: u64) -> Option<Cloud> {
     let part = PARTS.iter().find(|p| p.0 == name);
     part.and_then(|&(name, n, sigma, posed)| cad::make(name, seed, n, sigma, posed))
         .or_else(|| smooth::make(name, seed))
+}
+
+/// The numbers that are decided with, in the engine and in what is derived from its result.
+fn constants() -> impl Iterator<Item = &'static dyn Adjustable> {
+    segment::constants().chain(model::constants())
 }
 
 /// What the command line asks for.

@@ -1,7 +1,7 @@
 //! conicoid finds the quadric surfaces in a 3D point cloud.
 //!
 //! The map: [`geometry`] holds values, [`formats`] turns bytes into clouds and results into bytes,
-//! [`fit`] fits surfaces, [`segment`] is the whole method, [`model`] derives from regions what CAD systems
+//! [`fit`] fits surfaces, [`segment`] is the whole method, [`model`] derives from its regions what CAD systems
 //! need. [`jobs`] runs segmentations on a pool,
 //! [`service`] is the use cases, [`http`] and [`grpc`] are the transports, [`cli`] is the command line.
 //! Imports point one way, in that order, and no files import each other in a circle; the first five are

@@ -1,7 +1,16 @@
-//! What is derived from regions: a boundary representation of the part, and its STEP file.
+//! What is derived from the regions of a segmentation: their relations, a boundary representation of the part, and its
+//! STEP file.
 
 pub mod brep;
+pub mod relations;
 pub mod step;
 
 pub use brep::part::Source;
 pub use step::step;
+
+use crate::fit::constant::Adjustable;
+
+/// Every number that is decided with here.
+pub fn constants() -> impl Iterator<Item = &'static dyn Adjustable> {
+    relations::TABLES.iter().copied().flatten().copied()
+}

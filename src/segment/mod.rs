@@ -54,5 +54,5 @@ pub use pipeline::{LARGEST_COORDINATE, SMALLEST_EXTENT, SegmentError, segment};
 pub use rcond::grow::PoolError;
 pub use result::{
     Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Sampling, SamplingKind,
-    Segmentation, Unassigned, Uncertainty, Warning,
+    Segmentation, Snapped, Unassigned, Uncertainty, Warning,
 };

@@ -112,6 +112,29 @@ pub struct Region {
     pub extent: Option<Extent>,
     /// The regions it touches.
     pub neighbours: Vec<Neighbour>,
+    /// The surface for which the accepted relations hold exactly; with `snap` alone. Its own where that is related to no
+    /// other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub snapped: Option<Snapped>,
+}
+
+/// A region's surface after all surfaces were moved, as little as their uncertainties allow, to where the accepted relations
+/// hold exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct Snapped {
+    /// The surface in engineering terms.
+    pub surface: Surface,
+    /// a1..a10 about the file's origin. null for a torus; so are the other fields of the coefficients.
+    pub coefficients: Option<[f64; 10]>,
+    /// How the coefficients are scaled.
+    pub coefficients_scale: Option<Scale>,
+    /// a1..a10 about the region's `local_origin`, on the scale of its own `local_coefficients`.
+    pub local_coefficients: Option<[f64; 10]>,
+    /// By how many of its standard uncertainties the parameter moved that moved by the most of them.
+    pub moved: f64,
+    /// Probability of so large a movement of all its parameters, or a larger one, if the surface as it is now is the true
+    /// one.
+    pub p_value: f64,
 }
 
 /// How exactly the parameters of a surface are known: the standard deviation of each, under its name.

@@ -7,6 +7,7 @@ use crate::{
     formats::{self, Fields, Format, Hints, Limits, Watched},
     geometry::PointCloud,
     jobs::{Control, trace},
+    model::relations::Relations,
     segment::{Segmentation, segment},
 };
 
@@ -69,7 +70,7 @@ pub fn compute(
         format: format.map(Format::name).unwrap_or_default().to_owned(),
         skipped: cloud.skipped(),
     };
-    let document = document(&cloud, found, input, timing);
+    let document = document(&cloud, found, request.snap, input, timing);
     Ok(Answer { document, cloud: Arc::new(cloud), fields: Fields::default() })
 }
 
@@ -95,7 +96,18 @@ fn describe(span: &tracing::Span, cloud: &PointCloud, found: &Segmentation, timi
     }
 }
 
-fn document(cloud: &PointCloud, found: Segmentation, input: Input, timing: Timing) -> Document {
+fn document(
+    cloud: &PointCloud,
+    found: Segmentation,
+    snap: bool,
+    input: Input,
+    timing: Timing,
+) -> Document {
+    let mut regions = found.regions;
+    let mut relations = Relations::of(&regions);
+    let snapping = if snap { relations.snap(&mut regions) } else { None };
+    let relation_scatter = relations.scatter;
+    let (relations, measures) = relations.told();
     let reasons = found.unassigned.reasons.into_iter().map(|(why, n)| (why.to_owned(), n));
     let skipped = (input.skipped > 0).then(|| ("not_finite".to_owned(), input.skipped));
     Document {
@@ -106,10 +118,14 @@ fn document(cloud: &PointCloud, found: Segmentation, input: Input, timing: Timin
         },
         input,
         parameters: found.parameters,
-        regions: found.regions,
+        regions,
         labels: Some(cloud.labels_in_input_order(found.labels)),
         sampling: found.sampling,
         warnings: found.warnings,
+        relations,
+        relation_scatter,
+        measures,
+        snapping,
         counters: found.counters,
         timing,
     }

@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::model::relations::{Measure, Relation, Snapping};
 use crate::segment::{Counters, Parameters, Region, Sampling, Warning};
 
 /// The result of a segmentation, as it is told.
@@ -29,6 +30,21 @@ pub struct Document {
     /// What of the input limits the answer; absent where nothing does.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
+    /// What holds between the surfaces: directions, axes and sizes that they have in common, smooth joints, patterns.
+    /// Between the 400 largest at most, and those whose uncertainty is known.
+    #[serde(default)]
+    pub relations: Vec<Relation>,
+    /// By how much the surfaces stand off from where their relations would have them, beyond what the uncertainty of their
+    /// measurement explains: how exactly the part was made, in the input's unit. It counts as part of every surface's
+    /// uncertainty in `relations`, `measures` and `snapped`. 0 where the measurement explains all.
+    #[serde(default)]
+    pub relation_scatter: f64,
+    /// Distances of parallel surfaces from the next, and angles of touching ones.
+    #[serde(default)]
+    pub measures: Vec<Measure>,
+    /// What it took to make all accepted relations hold exactly; with `snap` alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub snapping: Option<Snapping>,
     /// How much work the method did.
     pub counters: Counters,
     /// How long the steps took: the one part that differs between two runs.

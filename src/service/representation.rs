@@ -270,6 +270,10 @@ mod tests {
                 unassigned: UnassignedPoints::default(),
                 sampling: None,
                 warnings: Vec::new(),
+                relations: Vec::new(),
+                relation_scatter: 0.0,
+                measures: Vec::new(),
+                snapping: None,
                 counters: Counters::default(),
                 timing: Timing::default(),
             };

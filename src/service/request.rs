@@ -32,6 +32,13 @@ pub const OPTIONS: &[ParameterSpec] = &[
         help: "Whether the answer holds one label a point",
     },
     ParameterSpec {
+        name: "snap",
+        kind: ParameterKind::Boolean,
+        unit: None,
+        default: Some("false"),
+        help: "Whether each region is given a second surface, `snapped`, for which all accepted relations hold exactly",
+    },
+    ParameterSpec {
         name: "deadline",
         kind: ParameterKind::Number { min: 0.1, max: 86_400.0 },
         unit: Some("seconds"),
@@ -67,6 +74,8 @@ pub struct Request {
     pub columns: Option<Columns>,
     /// Whether the answer holds the labels.
     pub labels: bool,
+    /// Whether regions are given second surfaces, for which the accepted relations hold exactly.
+    pub snap: bool,
     /// Longest time the work may take.
     pub deadline: Option<Duration>,
     /// What was set, as names and text, in its order: the request as it is kept with a job.
@@ -80,6 +89,7 @@ impl Default for Request {
             format: None,
             columns: None,
             labels: true,
+            snap: false,
             deadline: None,
             given: Vec::new(),
         }
@@ -131,6 +141,7 @@ impl Request {
                     _ => return Err(invalid(name, value)),
                 }
             }
+            "snap" => self.snap = text.parse().map_err(|_| invalid(name, value))?,
             "deadline" => {
                 let seconds = text.parse::<f64>().ok().filter(|s| (0.1..=86_400.0).contains(s));
                 let seconds = seconds.ok_or_else(|| invalid(name, value))?;
@@ -219,6 +230,7 @@ mod tests {
             ("format", "ply"),
             ("columns", "4, 3,2"),
             ("labels", "none"),
+            ("snap", "true"),
             ("deadline", "1.5"),
             ("tolerance", "0.25"),
         ]);
@@ -226,7 +238,7 @@ mod tests {
         assert_eq!(request.format, Some(Format::Ply));
         assert_eq!(request.hints().columns, Columns::new([4, 3, 2]));
         assert_eq!(request.deadline, Some(Duration::from_millis(1500)));
-        assert!(!request.labels && request.parameters.tolerance == Some(0.25));
+        assert!(!request.labels && request.snap && request.parameters.tolerance == Some(0.25));
     }
 
     #[test]
@@ -264,7 +276,9 @@ mod tests {
         let kind = |name, value| Request::from_pairs([(name, value)]).map_err(|e| e.kind);
         assert_eq!(kind("radius", "1"), Err(ErrorKind::UnknownParameter));
         assert_eq!(kind("format", "dwg"), Err(ErrorKind::UnknownFormat));
-        for (name, value) in [("deadline", "0.09"), ("deadline", "86401"), ("labels", "some")] {
+        for (name, value) in
+            [("deadline", "0.09"), ("deadline", "86401"), ("labels", "some"), ("snap", "1")]
+        {
             assert_eq!(kind(name, value), Err(ErrorKind::InvalidParameter), "{name}={value}");
         }
         for value in

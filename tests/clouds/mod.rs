@@ -5,7 +5,7 @@
 #![allow(dead_code, reason = "each user of this module needs a part of it")]
 
 pub mod cad;
-mod cloud;
+pub mod cloud;
 pub mod dump;
 mod patch;
 pub mod quick;

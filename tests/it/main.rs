@@ -24,6 +24,7 @@ mod jobs;
 mod joints;
 mod parameters;
 mod properties;
+mod relations;
 mod representations;
 mod room;
 mod routes;

@@ -235,3 +235,53 @@ fn a_bad_flag_or_file_ends_the_command_with_a_clear_message() {
     let told = conicoid(&radii, None).stderr;
     assert!(String::from_utf8_lossy(&told).contains("is above 'max_radius'"));
 }
+
+#[tokio::test]
+async fn relations_and_snapped_surfaces_are_the_same_in_json_and_protobuf_from_every_transport() {
+    let running = start(&[]).await;
+    let directory = tempfile::tempdir().unwrap();
+    let (input, output) = (directory.path().join("cloud.ply"), directory.path().join("r.json"));
+    let cloud = clouds::ply(&clouds::bracket(6000));
+    fs::write(&input, &cloud).unwrap();
+    let json: Value = running.post("snap=true", cloud.clone()).await.json().await.unwrap();
+    let (file, result) = (input.to_str().unwrap(), output.to_str().unwrap());
+    let run = conicoid(&["segment", file, "-o", result, "--snap"], None);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let from_cli: Value = serde_json::from_slice(&fs::read(&output).unwrap()).unwrap();
+    assert_eq!(essence(from_cli), essence(json.clone()));
+    let request =
+        v1::SegmentRequest { cloud: cloud.clone().into(), snap: true, ..Default::default() };
+    let message = running.grpc().await.segment(request).await.unwrap().into_inner();
+
+    let relations = json["relations"].as_array().unwrap();
+    assert!(!relations.is_empty() && relations.len() == message.relations.len());
+    for (relation, told) in relations.iter().zip(&message.relations) {
+        let kind = told.kind().as_str_name().trim_start_matches("RELATION_KIND_").to_lowercase();
+        assert_eq!(relation["kind"], kind);
+        assert_eq!(relation["regions"], serde_json::json!(told.regions));
+        assert_eq!(relation["deviation"], told.deviation);
+        assert_eq!(relation["uncertainty"], told.uncertainty);
+        assert_eq!(relation["p_value"], told.p_value);
+        assert_eq!(relation["log_odds"], told.log_odds);
+        assert_eq!(relation["accepted"], told.accepted);
+        assert_eq!(relation["value"].as_f64(), told.value);
+    }
+    let measures = json["measures"].as_array().unwrap();
+    assert_eq!(measures.len(), message.measures.len());
+    for (measure, told) in measures.iter().zip(&message.measures) {
+        assert_eq!(measure["regions"], serde_json::json!(told.regions));
+        assert_eq!(measure["value"], told.value);
+    }
+    assert_eq!(json["relation_scatter"], message.relation_scatter);
+    assert_eq!(json["snapping"]["chi2"], message.snapping.unwrap().chi2);
+    for (region, told) in json["regions"].as_array().unwrap().iter().zip(&message.regions) {
+        let told = told.snapped.as_ref().unwrap();
+        assert_eq!(region["snapped"]["coefficients"], serde_json::json!(told.coefficients));
+        assert_eq!(region["snapped"]["moved"], told.moved);
+        assert!(told.surface.is_some());
+    }
+    // without being asked for, no second surface is told
+    let plain: Value = running.post("", cloud).await.json().await.unwrap();
+    assert_eq!(plain["relations"], json["relations"]);
+    assert!(plain["snapping"].is_null() && plain["regions"][0]["snapped"].is_null());
+}

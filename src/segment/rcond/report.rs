@@ -64,6 +64,7 @@ fn describe(surface: &FittedSurface, points: &[Vec3]) -> Option<Region> {
         evidence: None,
         extent: Some(extent),
         neighbours: Vec::new(),
+        snapped: None,
     })
 }
 

@@ -90,6 +90,7 @@ impl Known {
             evidence: self.evidence,
             extent: Some(extent),
             neighbours: joints.iter().filter_map(|j| neighbour(j, id)).collect(),
+            snapped: None,
         })
     }
 }

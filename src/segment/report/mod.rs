@@ -208,6 +208,7 @@ fn of_other_type(id: usize, other: &Other, found: &Found) -> Option<Region> {
         evidence: None,
         extent: Some(extent),
         neighbours: Vec::new(),
+        snapped: None,
     })
 }
 

@@ -2,6 +2,7 @@
 
 mod parameters;
 mod region;
+mod relation;
 mod result;
 
 /// The code generated from `proto/conicoid/v1/conicoid.proto`.

@@ -72,6 +72,9 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
         super::super::request::unknown_format(&format!("number {}", message.format))
     })?;
     request.set_format(format_from_message(format));
+    if message.snap {
+        request.set("snap", "true")?;
+    }
     if let Some(deadline) = message.deadline {
         request.set("deadline", &deadline.to_string())?;
     }

@@ -3,7 +3,7 @@ use serde_json::Value;
 use super::{count, v1};
 use crate::{
     geometry::{Scale, Surface, Vec3},
-    segment::{Continuity, Dimensions, Evidence, Extent, Fit, Neighbour, Region, Side},
+    segment::{Continuity, Dimensions, Evidence, Extent, Fit, Neighbour, Region, Side, Snapped},
 };
 
 fn vector(v: &Vec3) -> Option<v1::Vector> {
@@ -32,6 +32,7 @@ impl From<&Region> for v1::Region {
             evidence: region.evidence.as_ref().map(Into::into),
             extent: region.extent.as_ref().map(Into::into),
             neighbours: region.neighbours.iter().map(Into::into).collect(),
+            snapped: region.snapped.as_ref().map(Into::into),
             ends: places(dimensions.ends.as_ref().map_or(&[], |ends| ends)),
             bounded_by: dimensions.bounded_by.map(|[first, second]| v1::Bounds {
                 first: first.map(count),
@@ -63,6 +64,19 @@ fn polygons(dimensions: &Dimensions) -> Vec<v1::Polygon> {
     all.map(|corners| v1::Polygon { corners: places(corners) }).collect()
 }
 
+impl From<&Snapped> for v1::Snapped {
+    fn from(snapped: &Snapped) -> Self {
+        Self {
+            surface: Some((&snapped.surface).into()),
+            coefficients: list(snapped.coefficients),
+            coefficients_scale: scale(snapped.coefficients_scale).into(),
+            local_coefficients: list(snapped.local_coefficients),
+            moved: snapped.moved,
+            p_value: snapped.p_value,
+        }
+    }
+}
+
 impl From<Side> for v1::Side {
     fn from(side: Side) -> Self {
         match side {
@@ -83,6 +97,20 @@ fn scale(scale: Option<Scale>) -> v1::CoefficientsScale {
         None => v1::CoefficientsScale::Unspecified,
         Some(Scale::A10) => v1::CoefficientsScale::A10,
         Some(Scale::Unit) => v1::CoefficientsScale::Unit,
+    }
+}
+
+impl From<&Surface> for v1::snapped::Surface {
+    fn from(surface: &Surface) -> Self {
+        match v1::region::Surface::from(surface) {
+            v1::region::Surface::Plane(s) => Self::Plane(s),
+            v1::region::Surface::Sphere(s) => Self::Sphere(s),
+            v1::region::Surface::Cylinder(s) => Self::Cylinder(s),
+            v1::region::Surface::EllipticCylinder(s) => Self::EllipticCylinder(s),
+            v1::region::Surface::Cone(s) => Self::Cone(s),
+            v1::region::Surface::Ellipsoid(s) => Self::Ellipsoid(s),
+            v1::region::Surface::Torus(s) => Self::Torus(s),
+        }
     }
 }
 

@@ -15,6 +15,10 @@ impl From<Document> for v1::Segmentation {
             unassigned: Some(document.unassigned.into()),
             sampling: document.sampling.map(Into::into),
             warnings: document.warnings.into_iter().map(Into::into).collect(),
+            relations: document.relations.iter().map(Into::into).collect(),
+            relation_scatter: document.relation_scatter,
+            measures: document.measures.iter().map(Into::into).collect(),
+            snapping: document.snapping.map(Into::into),
             counters: Some((&document.counters).into()),
             timing: Some(document.timing.into()),
         }
