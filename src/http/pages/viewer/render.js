@@ -17,18 +17,18 @@ const VERTEX = `#version 300 es
   void main() {
     int at = label + 1;
     vec4 region = texelFetch(regions, ivec2(at % 1024, at / 1024), 0);
-    gl_Position = matrix * vec4(position, 1.0);
+    // where deviations are looked at, each point stands on its surface: else the nearer half of the noise hides the other
+    bool lies = dot(normal, normal) > 0.0;
+    vec3 n = lies ? normalize(normal) : vec3(0.0);
+    gl_Position = matrix * vec4(limit > 0.0 ? position - deviation * n : position, 1.0);
     if (region.a < 0.25) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     bool faint = region.a < 0.75;
     // those that stand back, or on no surface, are small, so that what lies behind them shows
     gl_PointSize = clamp(size / gl_Position.w, 1.5, 48.0) * (faint || label < 0 ? 0.45 : 1.0);
     vec3 color = limit > 0.0 && label >= 0 && !faint ? ramp(deviation / limit) : region.rgb;
     float light = 1.0;
-    if (dot(normal, normal) > 0.0) {
-      // either side of a surface is lit
-      vec3 n = normalize(normal) * (dot(normal, back) < 0.0 ? -1.0 : 1.0);
-      light = 0.45 + 0.65 * max(dot(n, lamp), 0.0);
-    }
+    // either side of a surface is lit
+    if (lies) light = 0.45 + 0.65 * max(dot(n, lamp) * (dot(n, back) < 0.0 ? -1.0 : 1.0), 0.0);
     shade = faint ? region.rgb : color * light;
   }`;
 const FRAGMENT = `#version 300 es

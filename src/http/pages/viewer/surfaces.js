@@ -51,7 +51,7 @@ export const normals = (cloud, regions) => {
     const normal = of[labels[k]]?.([positions[3 * k], positions[3 * k + 1], positions[3 * k + 2]]);
     if (!normal) continue;
     const scale = 127 / (norm(normal) || 1);
-    for (let axis = 0; axis < 3; axis++) bytes[3 * k + axis] = scale * normal[axis];
+    for (let axis = 0; axis < 3; axis++) bytes[3 * k + axis] = Math.round(scale * normal[axis]);
   }
   return bytes;
 };

@@ -30,7 +30,7 @@ export const view = on => {
   };
   const current = () => matrix(camera, canvas.clientWidth / canvas.clientHeight, cloud.reach);
   /// Width of a disc in pixels times its depth: discs of points in no order leave one place in two hundred open.
-  const size = height => 3 * cloud.spacing * scale({ ...camera, distance: camera.flat ? camera.distance : 1 }, height);
+  const size = height => 3.6 * cloud.spacing * scale({ ...camera, distance: camera.flat ? camera.distance : 1 }, height);
 
   /// Begins to draw; whether there is more.
   const paint = moves => {
