@@ -59,6 +59,7 @@ pub fn partition(shapes: Vec<Shape>, labels: Vec<i32>) -> Partition {
 pub fn families() -> Families {
     Families {
         common: 0.0,
+        rougher: false,
         allowed: Family::ALL.to_vec(),
         sigma: SIGMA,
         floor: SIGMA,

@@ -2,8 +2,8 @@
 
 use crate::fit::Shape;
 use crate::geometry::Vec3;
-use crate::segment::Counters;
 use crate::segment::prepare::scene::Scene;
+use crate::segment::{Counters, objective};
 
 /// What the default method found.
 pub struct Found<'a> {
@@ -19,12 +19,19 @@ pub struct Found<'a> {
     pub labels: Vec<i32>,
     /// The noise's standard deviation, as estimated or given.
     pub noise: f64,
-    /// Largest distance of a point from its surface, unless one was given.
-    pub reach: f64,
+    /// Largest distance of a point from its surface, for each, unless one was given.
+    pub reaches: Vec<f64>,
     /// Noise below this is that of the coordinates' digits.
     pub rounding: f64,
     /// The points that surfaces were looked for on, taken evenly from `points`: see [`place`].
     pub scene: Scene<'a>,
     /// How much work it was.
     pub counters: Counters,
+}
+
+impl Found<'_> {
+    /// Largest distance of any point from its surface.
+    pub fn reach(&self) -> f64 {
+        self.reaches.iter().fold(objective::ACCEPT.get() * self.noise, |a, b| a.max(*b))
+    }
 }

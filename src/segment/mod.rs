@@ -27,6 +27,7 @@ mod found;
 mod grow;
 mod judge;
 mod label;
+mod layers;
 mod median;
 mod monitor;
 mod moves;

@@ -43,6 +43,7 @@ pub fn holds_surface(
     let extent = scene.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let families = Families {
         common: 0.0,
+        rougher: false,
         allowed: Family::ALL.to_vec(),
         sigma,
         max_radius: MOST_RADIUS.get() * extent,

@@ -16,7 +16,7 @@ use crate::segment::judge::stability;
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::moves::adopt::adopt;
 use crate::segment::moves::converge;
-use crate::segment::objective::{FEW, LITTLE, PART};
+use crate::segment::objective::{FEW, HALF, LITTLE, PART};
 use crate::segment::partition::{Partition, members, retain};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor, Parameters, Stage};
@@ -66,6 +66,7 @@ pub fn discover(
             break;
         }
         left.open.iter().zip(labels).for_each(|(&i, l)| model.labels[i as usize] = l);
+
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
@@ -76,10 +77,12 @@ pub fn discover(
             (left, seen) = (Left::of(scene.len()), true);
             continue;
         }
+        let enough = if families.common > 0.0 { 0 } else { enough };
         model.thin = thin(&model.labels, model.shapes.len(), enough, LITTLE.get());
         if model.thin.is_some() {
             break;
         }
+
         drop_unsound(scene, &mut model, families, pass + 1 == PASSES.get());
         if families.policy.merge {
             adopt(scene, &mut model, families.sigma);
@@ -90,8 +93,13 @@ pub fn discover(
         }
         pass += 1;
     }
-    if !all {
-        model.spurious = stability::spurious(scene, families, &model.labels, model.shapes.len());
+    if !all || families.rougher {
+        let unstable = stability::spurious(scene, families, &model.shapes, &model.labels);
+        let many =
+            unstable.iter().filter(|u| **u).count() as f64 > HALF.get() * unstable.len() as f64;
+        if many || (families.rougher && families.common > 0.0) {
+            model.spurious = unstable;
+        }
     }
     Ok(model)
 }
@@ -114,6 +122,7 @@ fn first(
         model.allowed = families.sigma;
     }
     let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
+    let enough = if families.common > 0.0 { 0 } else { enough };
     model.thin = thin(&labels, chosen.len(), enough, PART.get());
     Ok((chosen, labels))
 }
@@ -217,7 +226,7 @@ fn drop_unsound(scene: &Scene, model: &mut Partition, families: &Families, last:
     if families.common > 0.0 {
         // How much neighbours have in common differs from surface to surface.
         groups.iter_mut().zip(&bridge).filter(|g| !g.1).for_each(|(g, _)| g.clear());
-        let unstable = stability::unstable(scene, families, &groups);
+        let unstable = stability::unstable(scene, families, &model.shapes, &groups);
         bridge.iter_mut().zip(unstable).for_each(|(b, unstable)| *b &= unstable);
     }
     let keep: Vec<bool> = model

@@ -36,6 +36,8 @@ pub struct Families {
     pub sigma: f64,
     /// Sigma is never taken to be less: rounding of the input.
     pub floor: f64,
+    /// Whether surfaces of less noise have been taken out: what is left need not be surfaces.
+    pub rougher: bool,
     /// What residuals of neighbours have in common at true surfaces: nought where noise is independent, towards 1
     /// where it is smooth. Decisions count only what points say anew: see [`Families::repeats`].
     pub common: f64,

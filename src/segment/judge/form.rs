@@ -8,10 +8,10 @@ use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::Search;
 use crate::segment::judge::parabola::is_parabolic;
-use crate::segment::judge::scatter::{LEVEL, ROUGH, in_common, scatter, typical};
+use crate::segment::judge::scatter::{LEVEL, ROUGH, in_common, most, scatter, typical};
 use crate::segment::judge::stability::{judged, rescued};
 use crate::segment::judge::whiteness::{correlated, correlation};
-use crate::segment::objective::{CORRELATED, HALF, MOST};
+use crate::segment::objective::{CORRELATED, HALF};
 use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
@@ -68,10 +68,10 @@ pub fn hypotheses(
     // Where residuals go together, what is found is not yet any surface's.
     let others: &[bool] = if common { &[] } else { &taken };
     let at = scatter(scene, families, seed, others, trials, monitor)?;
-    if !common && at.share <= MOST.get() {
+    if !common && at.share <= most(families) {
         return Ok(Looked::Found(found, true));
     }
-    if at.share <= MOST.get() && !dense {
+    if at.share <= most(families) && !dense {
         return Ok(Looked::Doubtful);
     }
     let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
@@ -79,15 +79,15 @@ pub fn hypotheses(
     families.floor = families.floor.max(sigma);
     families.common = at.common;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
-    families.common = in_common(&found);
-    if at.share <= MOST.get() {
+    families.common = families.common.max(in_common(&found));
+    if at.share <= most(families) {
         found = judged(scene, families, found);
     } else {
         let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
         found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
         found = rescued(scene, families, found);
     }
-    Ok(Looked::Found(found, at.share > MOST.get()))
+    Ok(Looked::Found(found, false))
 }
 
 /// Whether what settled surfaces leave of their points goes together.

@@ -5,7 +5,7 @@ use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::{Search, allowance};
 use crate::segment::judge::stability::judged;
-use crate::segment::objective::{CORRELATED, LITTLE, MOST};
+use crate::segment::objective::{CORRELATED, HALF, LITTLE, MOST};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
@@ -55,6 +55,12 @@ pub struct Scatter {
     pub common: f64,
 }
 
+/// Share of the grown points that must be the same wherever growth starts: nearly all where surfaces are all there is, the
+/// better part among what finer ones leave.
+pub fn most(families: &Families) -> f64 {
+    if families.rougher { HALF.get() } else { MOST.get() }
+}
+
 /// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
 /// scene's. Among all where `taken` is empty.
 ///
@@ -73,7 +79,9 @@ pub fn scatter(
     let rough = !taken.is_empty();
     // All levels together may be as much work as two searches, or twice what it took to find what is there.
     let done = scene.work.done();
-    let allowed = done + if rough { 2 * done } else { 2 * allowance(scene.len()) };
+    let open = taken.iter().filter(|t| !**t).count();
+    let allowed =
+        done + if rough && 2 * open < scene.len() { 2 * done } else { 2 * allowance(scene.len()) };
     // Some surfaces are rougher than others, but not beyond measure.
     let small = if rough { 0.0 } else { SMALL.get() * scene.spacing };
     for (level, sigma) in scatters(families.sigma, small).enumerate().skip(usize::from(rough)) {
@@ -85,23 +93,15 @@ pub fn scatter(
         }
         let looser = Families { sigma, ..families.clone() };
         let search = Search { vain: taken, ..Search::new(scene, &looser, seed ^ level as u64) };
-        let mut look = |most: usize| -> Result<(f64, f64), Cancelled> {
-            let few = Search { most, ..search }.run(trials, |_| false, monitor)?;
-            let part = most as f64 / LOOK.get() as f64;
-            let enough = newly(&few, taken) as f64 >= part * ROUGH.get() * scene.len() as f64;
-            let common = in_common(&few);
-            let share = if enough || !rough { stable_share(scene, &looser, few) } else { 0.0 };
-            Ok((share, common))
-        };
-        // Of freeform none is, and by outliers few points are won: the first few seeds tell.
-        if look(AT_ONCE)?.0 == 0.0 {
-            continue;
-        }
-        let (share, common) = look(LOOK.get())?;
+        let search = Search { most: LOOK.get(), ..search };
+        let few = search.run(trials, |_| false, monitor)?;
+        let enough = newly(&few, taken) as f64 >= ROUGH.get() * scene.len() as f64;
+        let common = in_common(&few);
+        let share = if enough || !rough { stable_share(scene, &looser, few) } else { 0.0 };
         if share > best.share {
             best = Scatter { sigma: Some(sigma), share, common };
         }
-        if share > MOST.get() {
+        if share > most(families) {
             break;
         }
     }
@@ -112,9 +112,14 @@ pub fn scatter(
 /// they are `small`.
 fn scatters(noise: f64, small: f64) -> impl Iterator<Item = f64> {
     let near = (0..LEVELS.get()).map(move |k| noise * LEVEL.powi(k as i32));
-    let last = noise * LEVEL.powi(LEVELS.get() as i32 - 1);
+    let last = roughest(noise);
     let beyond = std::iter::successors(Some(2.0 * last), |s| Some(2.0 * s));
     near.chain(beyond.take_while(move |s| *s < small))
+}
+
+/// The largest scatter at which surfaces are looked for where there is `noise` between neighbours.
+pub fn roughest(noise: f64) -> f64 {
+    noise * LEVEL.powi(LEVELS.get() as i32 - 1)
 }
 
 /// Hypotheses judged at once.

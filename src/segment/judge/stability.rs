@@ -3,12 +3,13 @@
 use rayon::prelude::*;
 
 use crate::fit::constant::constants;
+use crate::fit::{Ruler, Shape};
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::{Hypothesis, grow};
 use crate::segment::grow::search::MIN_SUPPORT;
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
-use crate::segment::objective::MOST;
+use crate::segment::objective::{MOST, SURE};
 use crate::segment::partition::members;
 use crate::segment::prepare::scene::Scene;
 
@@ -23,7 +24,7 @@ constants! {
 pub fn judged(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
     found.par_iter_mut().for_each_init(
         || Walk::new(scene.len()),
-        |walk, h| h.sound = is_stable(scene, walk, families, &h.support),
+        |walk, h| h.sound = is_stable(scene, walk, families, &h.shape, &h.support),
     );
     found
 }
@@ -35,7 +36,7 @@ pub fn rescued(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -
         let open = found.par_iter_mut().filter(|h| !h.sound && !is_parabolic(&h.shape));
         open.for_each_init(
             || Walk::new(scene.len()),
-            |walk, h| h.sound = is_stable(scene, walk, families, &h.support),
+            |walk, h| h.sound = is_stable(scene, walk, families, &h.shape, &h.support),
         );
     }
     found
@@ -43,34 +44,50 @@ pub fn rescued(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -
 
 /// The regions of a scene that are no surfaces: growth from elsewhere in them ends elsewhere. They keep their points
 /// from flowing to their neighbours, and are not reported.
-pub fn spurious(scene: &Scene, families: &Families, labels: &[i32], regions: usize) -> Vec<bool> {
-    unstable(scene, families, &members(labels, regions))
+pub fn spurious(scene: &Scene, families: &Families, shapes: &[Shape], labels: &[i32]) -> Vec<bool> {
+    unstable(scene, families, shapes, &members(labels, shapes.len()))
 }
 
 /// Whether growth from elsewhere in each of some sets of points ends elsewhere.
-pub fn unstable(scene: &Scene, families: &Families, sets: &[Vec<u32>]) -> Vec<bool> {
+pub fn unstable(
+    scene: &Scene,
+    families: &Families,
+    shapes: &[Shape],
+    sets: &[Vec<u32>],
+) -> Vec<bool> {
     let walk = || Walk::new(scene.len());
-    sets.par_iter().map_init(walk, |walk, set| !is_stable(scene, walk, families, set)).collect()
+    let of = |walk: &mut Walk, (shape, set): (&Shape, &Vec<u32>)| {
+        !is_stable(scene, walk, families, shape, set)
+    };
+    shapes.par_iter().zip(sets).map_init(walk, of).collect()
 }
 
-/// Whether most growths from elsewhere in a set of points end up with the same points.
-fn is_stable(scene: &Scene, walk: &mut Walk, families: &Families, points: &[u32]) -> bool {
-    if points.len() < REGROWN.get() || scene.cancelled() {
+/// Whether most growths from elsewhere in a surface's points end up with it: with those of the points that hang together
+/// around where they start and lie near it, whatever labels these have.
+fn is_stable(
+    scene: &Scene,
+    walk: &mut Walk,
+    families: &Families,
+    shape: &Shape,
+    points: &[u32],
+) -> bool {
+    if points.len() < REGROWN.get() {
         return false;
     }
-    let mut own = points.to_vec();
-    own.sort_unstable();
+    let (ruler, reach) = (Ruler::of(shape), SURE.get() * families.sigma);
     let (mut alike, mut other) = (0, 0);
     for k in 0..REGROWN.get() {
-        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.get())] as usize;
-        let grown = grow(scene, walk, families, seed, MIN_SUPPORT.get());
+        if scene.cancelled() || alike == ALIKE.get() || other > REGROWN.get() - ALIKE.get() {
+            break;
+        }
+        let seed = points[(2 * k + 1) * points.len() / (2 * REGROWN.get())];
+        let grown = grow(scene, walk, families, seed as usize, MIN_SUPPORT.get());
+        let mut own = walk.near(scene, (&[seed], 0), usize::MAX, &ruler, reach).to_vec();
+        own.sort_unstable();
         if grown.is_some_and(|h| common_share(&own, &h.support) > MOST.get()) {
             alike += 1;
         } else {
             other += 1;
-        }
-        if alike == ALIKE.get() || other > REGROWN.get() - ALIKE.get() {
-            break;
         }
     }
     alike == ALIKE.get()
@@ -107,7 +124,8 @@ mod tests {
         let labels: Vec<i32> = points.iter().map(side).collect();
         let sigma = 0.003;
         let families = Families { sigma, floor: sigma, max_radius: 1e3, ..fixtures::families() };
-        assert_eq!(spurious(&Scene::new(points), &families, &labels, 2), [false, true]);
+        let shapes = [fixtures::plane(Vec3::zeros(), Vec3::z()); 2];
+        assert_eq!(spurious(&Scene::new(points), &families, &shapes, &labels), [false, true]);
     }
 
     #[test]

@@ -45,19 +45,7 @@ pub fn merge(scene: &Scene, model: &mut Partition, families: &Families) -> usize
         if scene.cancelled() {
             return merges;
         }
-        model.note(scene, families.sigma);
-        let pairs = Pairs::of(scene, model, families);
-        let open = pairs.open();
-        let keys = open.iter().map(|&(a, b)| Memo::key(&model.changes, Move::Merge, a, [b]));
-        let keys: Vec<Option<Key>> = keys.collect();
-        let tried = |(&(a, b), key): (&(usize, usize), &Option<Key>)| {
-            let skipped = model.vain.is_vain(key.as_ref()) || scene.cancelled();
-            if skipped { None } else { pairs.joint(a, b) }
-        };
-        let tried: Vec<Option<Joint>> = open.par_iter().zip(&keys).map(tried).collect();
-        model.vain.add(keys, &tried);
-        let mut found: Vec<Joint> = tried.into_iter().flatten().collect();
-        found.sort_by(|x, y| x.saved.total_cmp(&y.saved).then(x.pair.cmp(&y.pair)));
+        let found = found(scene, model, families, 0);
         let joined = join(model, &found);
         if joined == 0 {
             return merges;
@@ -66,12 +54,33 @@ pub fn merge(scene: &Scene, model: &mut Partition, families: &Families) -> usize
     }
 }
 
+/// Pairs of regions whose joint fit costs less, the best first; of those that are not known to be none the ones whose
+/// second is `from` or later.
+pub fn found(scene: &Scene, model: &mut Partition, families: &Families, from: usize) -> Vec<Joint> {
+    model.note(scene, families.sigma);
+    let pairs = Pairs::of(scene, model, families);
+    let open: Vec<(usize, usize)> = pairs.open().into_iter().filter(|p| p.1 >= from).collect();
+    let keys = open.iter().map(|&(a, b)| Memo::key(&model.changes, Move::Merge, a, [b]));
+    let keys: Vec<Option<Key>> = keys.collect();
+    let tried = |(&(a, b), key): (&(usize, usize), &Option<Key>)| {
+        let skipped = model.vain.is_vain(key.as_ref()) || scene.cancelled();
+        if skipped { None } else { pairs.joint(a, b) }
+    };
+    let tried: Vec<Option<Joint>> = open.par_iter().zip(&keys).map(tried).collect();
+    model.vain.add(keys, &tried);
+    let mut found: Vec<Joint> = tried.into_iter().flatten().collect();
+    found.sort_by(|x, y| x.saved.total_cmp(&y.saved).then(x.pair.cmp(&y.pair)));
+    found
+}
+
 /// One surface for two regions.
-struct Joint {
+pub struct Joint {
     /// What it costs more than the two.
     saved: f64,
-    pair: (usize, usize),
-    shape: Shape,
+    /// The two.
+    pub pair: (usize, usize),
+    /// It.
+    pub shape: Shape,
 }
 
 /// Joins pairs of regions in the order given, each region once. Returns how many went.

@@ -62,6 +62,8 @@ pub struct Noise {
     pub fills_volume: bool,
     /// Points of the cloud, thinned at random, whose neighbourhoods span two directions: more lie on rows.
     pub spanning: usize,
+    /// Whether surfaces with less have been taken out.
+    pub rougher: bool,
 }
 
 /// The noise of points in Morton order. Half of it where `monitor` cancels.
@@ -74,7 +76,7 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     let level = |l: u32| thinned.level(l).map(|patches| Level::of(&patches, &steps));
     let Some(mut levels) = level(0).map(|first| vec![first]) else {
         let (sigma, spanning) = (of_one_quadric(points), points.len());
-        return Noise { sigma, fills_volume: false, spanning };
+        return Noise { sigma, fills_volume: false, spanning, rougher: false };
     };
     let spanned = first_spanned(&mut levels, level);
     // Where some places scatter far less than most, these see edges and walls.
@@ -103,7 +105,7 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     let spanned = levels.iter().position(Level::spans).unwrap_or(spanned);
     // Where already the cloud does, all of it does.
     let spanning = if spanned == 0 { points.len() } else { thinned.points(spanned as u32) };
-    Noise { sigma, fills_volume, spanning }
+    Noise { sigma, fills_volume, spanning, rougher: false }
 }
 
 /// Scatter about the quadric of any type that fits all points best.

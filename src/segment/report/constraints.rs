@@ -25,6 +25,8 @@ pub struct Candidate {
     pub members: Vec<u32>,
     /// Points taken from it because they lie beyond the tolerance.
     pub rejected: usize,
+    /// Largest distance of a point from it.
+    pub reach: f64,
 }
 
 constants! {
@@ -54,12 +56,9 @@ pub fn enforce(
     let mut lost = BTreeMap::new();
     let mut lose = |reason, n: usize| *lost.entry(reason).or_insert(0) += n;
     let mut kept = Vec::new();
-    if let Some(tolerance) = parameters.tolerance {
-        let trimmed = found
-            .par_iter_mut()
-            .map(|c| if monitor.cancelled() { 0 } else { trim(points, c, tolerance) });
-        lose(Reason::Outlier, trimmed.sum());
-    }
+    let trimmed =
+        found.par_iter_mut().map(|c| if monitor.cancelled() { 0 } else { trim(points, c) });
+    lose(Reason::Outlier, trimmed.sum());
     for candidate in found {
         if monitor.cancelled() {
             break;
@@ -105,11 +104,12 @@ fn measure(points: &[Vec3], candidate: &Candidate, mut each: impl FnMut(u32, f64
     }
 }
 
-/// Takes the points beyond `tolerance` from a candidate. Returns how many.
-fn trim(points: &[Vec3], candidate: &mut Candidate, tolerance: f64) -> usize {
+/// Takes the points beyond its reach from a candidate. Returns how many.
+fn trim(points: &[Vec3], candidate: &mut Candidate) -> usize {
+    let reach = candidate.reach;
     let mut kept = Vec::with_capacity(candidate.members.len());
     measure(points, candidate, |i, d| {
-        if d.abs() <= tolerance {
+        if d.abs() <= reach {
             kept.push(i);
         }
     });
@@ -143,8 +143,9 @@ fn split(points: &[Vec3], candidate: Candidate, parameters: &Parameters) -> Vec<
             shape: shape.unwrap_or(candidate.shape),
             members: set.iter().map(|&k| candidate.members[k as usize]).collect(),
             rejected: 0,
+            reach: candidate.reach,
         };
-        let lost = parameters.tolerance.map_or(0, |t| trim(points, &mut piece, t));
+        let lost = trim(points, &mut piece);
         Piece { candidate: piece, lost }
     };
     sets.iter().map(piece).collect()
@@ -174,7 +175,7 @@ mod tests {
         points.push(Vec3::new(1.0, 1.0, 0.3));
         let members = (0..points.len() as u32).collect();
         let shape = Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3]);
-        (points, Candidate { shape, members, rejected: 0 })
+        (points, Candidate { shape, members, rejected: 0, reach: f64::INFINITY })
     }
 
     fn sizes(parameters: &Parameters) -> (Vec<usize>, BTreeMap<Reason, usize>) {
@@ -197,8 +198,9 @@ mod tests {
 
     #[test]
     fn points_beyond_the_tolerance_are_taken_from_their_surface() {
-        let parameters = Parameters { tolerance: Some(0.2), ..Parameters::default() };
-        let (points, candidate) = strips();
+        let (points, strips) = strips();
+        let candidate = Candidate { reach: 0.2, ..strips };
+        let parameters = Parameters::default();
         let (kept, lost) = enforce(&points, vec![candidate], &parameters, f64::INFINITY, &Silent);
         assert_eq!((kept[0].members.len(), kept[0].rejected), (150, 1));
         assert_eq!(lost, [(Reason::Outlier, 1)].into());
@@ -213,9 +215,8 @@ mod tests {
             near.chain((0..30).flat_map(|k| at(40.0 + 0.5 * f64::from(k), 0.0))).collect();
         let shape = Shape::with_axis(Family::Plane, Vec3::new(0.0, 0.0, 0.05), Vec3::z(), [0.0; 3]);
         let members = (0..points.len() as u32).collect();
-        let candidate = Candidate { shape, members, rejected: 0 };
-        let parameters =
-            Parameters { tolerance: Some(0.15), connectivity: Some(2.0), ..Parameters::default() };
+        let candidate = Candidate { shape, members, rejected: 0, reach: 0.15 };
+        let parameters = Parameters { connectivity: Some(2.0), ..Parameters::default() };
         let (kept, lost) = enforce(&points, vec![candidate], &parameters, f64::INFINITY, &Silent);
         for c in &kept {
             measure(&points, c, |i, d| assert!(d.abs() <= 0.15, "{i} {d}"));
@@ -241,7 +242,8 @@ mod tests {
             .collect();
         let regions = |most| {
             let shape = Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3]);
-            let candidate = Candidate { shape, members: (0..100).collect(), rejected: 0 };
+            let (members, reach) = ((0..100).collect(), f64::INFINITY);
+            let candidate = Candidate { shape, members, rejected: 0, reach };
             enforce(&points, vec![candidate], &Parameters::default(), most, &Silent)
         };
         assert_eq!(regions(0.1001).0.len(), 1);

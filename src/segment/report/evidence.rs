@@ -24,6 +24,7 @@ pub fn evidence(shape: &Shape, points: &[Vec3], sigma: f64) -> Option<Evidence> 
     let others = Family::ALL.into_iter().filter(|f| *f != shape.family);
     let families = Families {
         common: 0.0,
+        rougher: false,
         allowed: others.collect(),
         sigma,
         floor: 0.0,

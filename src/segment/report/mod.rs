@@ -51,7 +51,7 @@ pub fn report(
     let density = points.len() as f64 / found.scene.len() as f64;
     let spacing = found.scene.spacing / density.sqrt();
     let free_tori = asked_for(parameters) && !parameters.surfaces.contains(&SurfaceType::Torus);
-    let (candidates, mut free) = candidates(&found, free_tori);
+    let (candidates, mut free) = candidates(&found, parameters.tolerance, free_tori);
     let resolved = resolved(parameters, &found);
     let most_rms = most_rms(parameters, found.rounding);
     let (kept, mut reasons) = enforce(points, candidates, &resolved, most_rms, monitor);
@@ -142,15 +142,19 @@ fn count_points(regions: &mut [Region], labels: &[i32]) {
 
 /// Surfaces with their points, and the points without one; those of tori are free too where these are not asked
 /// for and other quadrics than the default ones may lie there, and where one quadric explains them better.
-fn candidates(found: &Found, free_tori: bool) -> (Vec<Candidate>, Vec<u32>) {
+fn candidates(
+    found: &Found,
+    tolerance: Option<f64>,
+    free_tori: bool,
+) -> (Vec<Candidate>, Vec<u32>) {
     let groups = members(&found.labels, found.shapes.len());
     let (mut out, mut free) = (Vec::new(), Vec::new());
-    for (&shape, members) in found.shapes.iter().zip(groups) {
+    for ((&shape, &reach), members) in found.shapes.iter().zip(&found.reaches).zip(groups) {
         let is_torus = shape.family == Family::Torus;
         if is_torus && (free_tori || is_other_quadric(&shape, &members, found)) {
             free.extend(members);
         } else {
-            out.push(Candidate { shape, members, rejected: 0 });
+            out.push(Candidate { shape, members, rejected: 0, reach: tolerance.unwrap_or(reach) });
         }
     }
     free.extend((0..found.labels.len() as u32).filter(|&i| found.labels[i as usize] < 0));
@@ -230,7 +234,7 @@ fn unassigned(labels: &[i32], reasons: BTreeMap<Reason, usize>) -> Unassigned {
 fn resolved(parameters: &Parameters, found: &Found) -> Parameters {
     Parameters {
         noise_sigma: Some(parameters.noise_sigma.unwrap_or(found.noise)),
-        tolerance: Some(parameters.tolerance.unwrap_or(found.reach)),
+        tolerance: Some(parameters.tolerance.unwrap_or(found.reach())),
         ..parameters.clone()
     }
 }

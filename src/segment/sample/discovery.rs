@@ -25,9 +25,12 @@ pub fn rounding(points: &[Vec3]) -> f64 {
 pub struct Discovery<'a> {
     pub scene: Scene<'a>,
     pub model: Partition,
-    /// Scatter about the surfaces that was reckoned with: noise, and form error where it is allowed.
-    pub sigma: f64,
+    /// What was fitted, and the scatter about the surfaces that was reckoned with: noise, and form error where it is
+    /// allowed.
+    pub families: Families,
     pub noise: f64,
+    /// Whether that scatter is more than the noise between neighbours: not all surfaces need have so much.
+    pub raised: bool,
 }
 
 impl Discovery<'_> {
@@ -58,7 +61,11 @@ pub fn discover<'a>(
     // A tolerance above four sigmas allows form error: surfaces are looked for at that scale.
     let allowed = parameters.tolerance.map_or(0.0, |t| t / objective::ACCEPT.get());
     let sigma = noise.max(allowed);
-    let floor = if parameters.noise_sigma.is_some() { sigma } else { allowed.max(rounding) };
+    let floor = if parameters.noise_sigma.is_some() || estimated.rougher {
+        sigma
+    } else {
+        allowed.max(rounding)
+    };
     scene.sharpen_normals(sigma);
     monitor.check()?;
     let mut families = Families {
@@ -67,6 +74,7 @@ pub fn discover<'a>(
         max_radius: extent * MOST_RADIUS.get(),
         floor,
         common: 0.0,
+        rougher: estimated.rougher,
         strips: true,
         policy: Policy::of(parameters),
     };
@@ -76,12 +84,14 @@ pub fn discover<'a>(
     } else {
         discover::discover(&scene, &mut families, enough, parameters, monitor)?
     };
-    let sigma = families.sigma;
+    let (least, sigma) = (sigma, families.sigma);
     if model.thin.is_none() {
         breadth::mark(&scene, &mut model, sigma);
     }
     monitor.check()?;
-    Ok(Discovery { scene, model, sigma, noise: if allowed > noise { noise } else { sigma } })
+    let noise = if allowed > noise { noise } else { sigma };
+    let raised = sigma > least || families.common > 0.0;
+    Ok(Discovery { scene, model, families, noise, raised })
 }
 
 pub fn label_all(

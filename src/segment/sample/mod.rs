@@ -7,7 +7,7 @@ use crate::geometry::Vec3;
 use crate::segment::discover::further;
 use crate::segment::label::{shares, spread};
 use crate::segment::objective::ENOUGH;
-use crate::segment::prepare::noise;
+use crate::segment::prepare::noise::Noise;
 use crate::segment::sample::discovery::{Discovery, discover, label_all};
 use crate::segment::{Monitor, Parameters, SegmentError, partition};
 
@@ -22,29 +22,30 @@ constants! {
     SPARSE: usize = 2_000, Effort("points of the sparsest sample");
 }
 
-/// Finds surfaces on a sample, on a denser one where that is too thin for what is there, and labels all points.
+/// Finds surfaces of points with such a `noise` on a sample, on a denser one where that is too thin for what is there, and
+/// labels all points.
 pub fn discover_on_samples<'a>(
     points: &[Vec3],
+    noise: &Noise,
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<(Discovery<'a>, shares::Labelled), SegmentError> {
-    let noise = noise::estimate(points, monitor);
-    monitor.check()?;
     // Neighbourhoods of a denser sample lie on single rows.
     let whole = noise.spanning.max(points.len().min(SPARSE.get()));
     let most = whole.min(FINE.get());
     let label = |found: Discovery<'a>| -> Result<_, SegmentError> {
-        let labelled = label_all(points, &found.scene, &found.model, found.sigma, monitor)?;
+        let labelled =
+            label_all(points, &found.scene, &found.model, found.families.sigma, monitor)?;
         Ok((found, labelled))
     };
-    let look = |size, enough| discover(points, size, &noise, enough, parameters, monitor);
+    let look = |size, enough| discover(points, size, noise, enough, parameters, monitor);
     // A sample of most of the points saves nothing.
     let mut size = if whole <= 2 * COARSE.get() { whole } else { COARSE.get() };
     loop {
         let found = look(size, if size < most { DENSE_ENOUGH.get() } else { 0 })?;
         if let Some(few) = found.model.thin {
             size = denser(size, few, whole);
-        } else if size >= most {
+        } else if size >= most || found.families.common > 0.0 {
             return label(found);
         } else {
             match judge(points, &found, parameters, monitor)? {
@@ -85,10 +86,11 @@ fn judge(
     if least < DENSE_ENOUGH.get() {
         return Ok(Judged::Thin(least));
     }
-    let labelled = spread::spread(points, &found.scene, &found.model, found.sigma, monitor)?;
+    let labelled =
+        spread::spread(points, &found.scene, &found.model, found.families.sigma, monitor)?;
     let left: Vec<Vec3> =
         points.iter().zip(&labelled.labels).filter(|(_, l)| **l < 0).map(|(p, _)| *p).collect();
     let lacking = left.len() >= ENOUGH.get()
-        && further::holds_surface(&left, found.sigma, parameters, monitor)?;
+        && further::holds_surface(&left, found.families.sigma, parameters, monitor)?;
     Ok(if lacking { Judged::Thin(0) } else { Judged::Enough(labelled) })
 }
