@@ -40,6 +40,7 @@ const FILES: &[(&str, &str, &str)] = files! {
     "overlay.js": SCRIPT,
     "palette.js": SCRIPT,
     "render.js": SCRIPT,
+    "saves.js": SCRIPT,
     "service.js": SCRIPT,
     "surfaces.js": SCRIPT,
     "text.js": SCRIPT,

@@ -40,4 +40,3 @@ mod tls;
 mod told;
 mod traces;
 mod viewer;
-mod viewer_parts;

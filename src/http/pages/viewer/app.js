@@ -2,12 +2,13 @@
 
 import { card } from "./card.js";
 import { readPly } from "./cloud.js";
-import { $, make, save } from "./dom.js";
+import { $ } from "./dom.js";
 import { example } from "./example.js";
 import * as form from "./form.js";
 import { list, mark, reveal } from "./list.js";
 import { matched, palette } from "./palette.js";
 import { FAINT, HIDDEN, SHOWN } from "./render.js";
+import { saves } from "./saves.js";
 import * as service from "./service.js";
 import { distance, normals } from "./surfaces.js";
 import { number } from "./text.js";
@@ -253,35 +254,6 @@ $("parameters").onsubmit = event => {
   if (last) segment(last.file, last.name);
 };
 
-// ---- saving ----
-
-/// The forms by their media types: what the button says, and the file's ending.
-const FORMS = {
-  "application/json": ["JSON", "json"], "text/csv": ["CSV", "csv"], "model/ply": ["PLY", "ply"], "model/step": ["STEP", "step"],
-  "text/html": ["Report", "html"],
-};
-
-const base = () => scene.name.replace(/\.[^.]*$/, "");
-const saves = offered => {
-  const button = (name, title, get) => {
-    const made = make("button", { type: "button", textContent: name, title, disabled: !scene.place });
-    made.onclick = async () => {
-      made.disabled = true;
-      try {
-        await get();
-      } catch (error) {
-        tell(error.message);
-      }
-      made.disabled = false;
-    };
-    return made;
-  };
-  const forms = Object.entries(FORMS).filter(([type]) => offered.includes(type)).map(([type, [name, ending]]) =>
-    button(name, type, async () => save(await (await service.result(scene.place, type)).blob(), `${base()}-surfaces.${ending}`)));
-  const picture = button("Picture", "The view as it is, as a PNG file", async () => save(await view.picture(), `${base()}.png`));
-  $("saves").replaceChildren(make("span", { textContent: "Save" }), ...forms, ...(view ? [picture] : []));
-};
-
 // ---- keys of the service ----
 
 service.onKeyWanted(refused => new Promise(done => {
@@ -315,9 +287,10 @@ for (const kind of ["dragover", "dragleave", "drop"]) addEventListener(kind, eve
 });
 $("example").onclick = () => segment(example(), "example.xyz");
 
-saves(["application/json", "text/csv", "model/ply"]);
+const offer = forms => saves(forms, scene, view, tell);
+offer(["application/json", "text/csv", "model/ply"]);
 service.contract().then(({ parameters, forms }) => {
   form.build(parameters);
-  saves(forms);
+  offer(forms);
   if (location.hash === "#example") $("example").click();
 }).catch(error => tell(error.message));
