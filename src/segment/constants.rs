@@ -2,7 +2,8 @@
 
 use crate::fit::constant::{Adjustable, Table};
 use crate::segment::{
-    discover, family, finish, grow, judge, label, moves, objective, prepare, rcond, report, sample,
+    discover, family, finish, grow, judge, label, layers, moves, objective, prepare, rcond, report,
+    sample,
 };
 
 /// Those of each file, in the order of the rooms.
@@ -23,6 +24,7 @@ static FILES: &[Table] = &[
     grow::search::CONSTANTS,
     grow::seeded::CONSTANTS,
     grow::start::CONSTANTS,
+    layers::CONSTANTS,
     label::changes::CONSTANTS,
     label::energy::CONSTANTS,
     label::shares::CONSTANTS,

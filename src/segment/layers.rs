@@ -182,3 +182,98 @@ impl Monitor for Quiet<'_> {
         self.0.cancelled()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fits::Random;
+    use crate::segment::Silent;
+    use crate::segment::fixtures::{SIGMA, ordered};
+
+    /// A smooth field of variance one, with a correlation length of one.
+    fn smooth(random: &mut Random) -> impl Fn(&Vec3) -> f64 + use<> {
+        let waves: Vec<(Vec3, f64)> = (0..200)
+            .map(|_| {
+                let k = Vec3::new(random.normal(), random.normal(), random.normal());
+                (k, random.uniform(0.0, std::f64::consts::TAU))
+            })
+            .collect();
+        move |p| waves.iter().map(|(k, at)| (k.dot(p) + at).cos()).sum::<f64>() / 10.0
+    }
+
+    /// A floor and a ball beside it, whose smooth noise is `more` times as large.
+    fn floor_and_ball(more: f64) -> Vec<Vec3> {
+        let random = &mut Random::new(8);
+        let field = smooth(random);
+        let mut points: Vec<Vec3> = Vec::new();
+        for _ in 0..10_000 {
+            let p = Vec3::new(random.uniform(0.0, 25.0), random.uniform(0.0, 25.0), 0.0);
+            points.push(p + SIGMA * (0.7 * random.normal() + field(&p)) * Vec3::z());
+        }
+        for _ in 0..2000 {
+            let d = Vec3::new(random.normal(), random.normal(), random.normal()).normalize();
+            let p = Vec3::new(40.0, 10.0, 6.0) + 3.0 * d;
+            points.push(p + more * SIGMA * (0.7 * random.normal() + field(&p)) * d);
+        }
+        ordered(&points)
+    }
+
+    fn found(points: &[Vec3]) -> Layer<'static> {
+        let parameters = Parameters::default();
+        let noise = crate::segment::prepare::noise::estimate(points, &Silent);
+        let first = Layer::of(points, &noise, &parameters, &Silent).unwrap();
+        with_rougher(first, points, &parameters, &Silent).unwrap()
+    }
+
+    #[test]
+    fn surfaces_whose_smooth_noise_differs_are_each_found_with_their_own_reach() {
+        let points = floor_and_ball(5.0);
+        let all = found(&points);
+        let reach = |on: &dyn Fn(&Vec3) -> bool| {
+            let labels = points.iter().zip(&all.labels).filter(|(p, _)| on(p)).map(|(_, l)| *l);
+            let labels: Vec<i32> = labels.collect();
+            let most = (0..all.shapes.len())
+                .max_by_key(|&k| labels.iter().filter(|l| **l == k as i32).count());
+            let most = most.unwrap();
+            let share = labels.iter().filter(|l| **l == most as i32).count() as f64;
+            assert!(share > 0.95 * labels.len() as f64, "{share} of {}", labels.len());
+            all.reaches[most]
+        };
+        let (floor, ball) = (reach(&|p| p.x < 30.0), reach(&|p| p.x > 30.0));
+        assert!(ball > 2.0 * floor, "{ball} {floor}");
+    }
+
+    #[test]
+    fn what_two_layers_found_of_one_surface_is_joined() {
+        let random = &mut Random::new(9);
+        let sheet = |random: &mut Random, sigma: f64| {
+            Vec3::new(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0), sigma * random.normal())
+        };
+        let points: Vec<Vec3> =
+            (0..4000).map(|k| sheet(random, if k < 2000 { SIGMA } else { 3.0 * SIGMA })).collect();
+        let layer = |points: &[Vec3], sigma: f64| {
+            let spanning = points.len();
+            let noise = Noise { sigma, fills_volume: false, spanning, rougher: true };
+            Layer::of(points, &noise, &Parameters::default(), &Silent).unwrap()
+        };
+        let (fine, rough) = points.split_at(2000);
+        let mut all = layer(&points, SIGMA);
+        let one = layer(fine, SIGMA);
+        all.shapes.clone_from(&one.shapes);
+        all.reaches.clone_from(&one.reaches);
+        all.labels = one.labels.iter().copied().chain([-1; 2000]).collect();
+        let mut other = layer(rough, 3.0 * SIGMA);
+        let reach = other.reaches[0];
+        other.rougher = Some(Families {
+            sigma: 3.0 * SIGMA,
+            floor: 0.0,
+            max_radius: 1e3,
+            ..crate::segment::fixtures::families()
+        });
+        assert_eq!((all.shapes.len(), other.shapes.len()), (1, 1));
+        let merges = all.counters.merges + other.counters.merges;
+        all.add(other, &points, &(2000..4000).collect::<Vec<u32>>(), &Silent);
+        assert!(all.labels.iter().filter(|l| **l == 0).count() > 3900);
+        assert_eq!((all.reaches[0], all.counters.merges), (reach, merges + 1));
+    }
+}

@@ -25,7 +25,8 @@ pub struct Partition {
     pub spurious: Vec<bool>,
     /// Points of the surfaces with the fewest, where most have too few for the sample to be worth settling.
     pub thin: Option<usize>,
-    /// Scatter that labels were given with where residuals of neighbours go together; else nought.
+    /// Scatter that labels were given with where residuals of neighbours go together or finer surfaces were taken out;
+    /// else nought.
     pub allowed: f64,
     /// Seeds tried, and how many of them failed.
     pub trials: (usize, usize),

@@ -77,12 +77,10 @@ pub fn discover(
             (left, seen) = (Left::of(scene.len()), true);
             continue;
         }
-        let enough = if families.common > 0.0 { 0 } else { enough };
-        model.thin = thin(&model.labels, model.shapes.len(), enough, LITTLE.get());
+        model.thin = thin(&model.labels, families, enough, LITTLE.get());
         if model.thin.is_some() {
             break;
         }
-
         drop_unsound(scene, &mut model, families, pass + 1 == PASSES.get());
         if families.policy.merge {
             adopt(scene, &mut model, families.sigma);
@@ -94,14 +92,20 @@ pub fn discover(
         pass += 1;
     }
     if !all || families.rougher {
-        let unstable = stability::spurious(scene, families, &model.shapes, &model.labels);
-        let many =
-            unstable.iter().filter(|u| **u).count() as f64 > HALF.get() * unstable.len() as f64;
-        if many || (families.rougher && families.common > 0.0) {
-            model.spurious = unstable;
-        }
+        model.spurious = spurious(scene, families, &model);
     }
     Ok(model)
+}
+
+/// The regions that are no surfaces: growth from elsewhere in them ends elsewhere. They keep their points from flowing to
+/// their neighbours, and are not reported. None where most are surfaces: narrow faces hardly tell, and there it is a
+/// face rather than freeform. Of what smooth noise leaves beside finer surfaces nothing is taken for granted.
+fn spurious(scene: &Scene, families: &Families, model: &Partition) -> Vec<bool> {
+    let groups = members(&model.labels, model.shapes.len());
+    let unstable = stability::unstable(scene, families, &model.shapes, &groups);
+    let count = unstable.iter().filter(|u| **u).count() as f64;
+    let strict = families.rougher && families.common > 0.0;
+    if strict || count > HALF.get() * unstable.len() as f64 { unstable } else { Vec::new() }
 }
 
 /// The hypotheses chosen among those of the whole scene and its first labels; `model` is thin where a denser sample with
@@ -118,12 +122,11 @@ fn first(
         model.thin = Some(enough / 2);
         return Ok((Vec::new(), Vec::new()));
     };
-    if families.common > 0.0 {
+    if families.common > 0.0 || families.rougher {
         model.allowed = families.sigma;
     }
     let (chosen, labels) = choose(scene, found, families, 0, monitor)?;
-    let enough = if families.common > 0.0 { 0 } else { enough };
-    model.thin = thin(&labels, chosen.len(), enough, PART.get());
+    model.thin = thin(&labels, families, enough, PART.get());
     Ok((chosen, labels))
 }
 
@@ -192,8 +195,13 @@ impl Left {
     }
 }
 
-/// Points of the surfaces with the fewest, where more than a `share` of them have fewer than `enough`.
-fn thin(labels: &[i32], surfaces: usize, enough: usize, share: f64) -> Option<usize> {
+/// Points of the surfaces with the fewest, where more than a `share` of them have fewer than `enough`. Where neighbours
+/// share their noise a denser sample hardly says more, and what surfaces leave is looked at by itself.
+fn thin(labels: &[i32], families: &Families, enough: usize, share: f64) -> Option<usize> {
+    if families.common > 0.0 {
+        return None;
+    }
+    let surfaces = labels.iter().max().map_or(0, |l| (l + 1) as usize);
     let mut sizes: Vec<usize> = members(labels, surfaces).iter().map(Vec::len).collect();
     sizes.sort_unstable();
     let few = sizes.partition_point(|s| *s < enough);

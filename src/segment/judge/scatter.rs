@@ -77,11 +77,7 @@ pub fn scatter(
     let mut best = Scatter { sigma: None, share: LITTLE.get(), common: 0.0 };
     // Whether there are surfaces, and others rougher than they are looked for.
     let rough = !taken.is_empty();
-    // All levels together may be as much work as two searches, or twice what it took to find what is there.
-    let done = scene.work.done();
-    let open = taken.iter().filter(|t| !**t).count();
-    let allowed =
-        done + if rough && 2 * open < scene.len() { 2 * done } else { 2 * allowance(scene.len()) };
+    let allowed = scene.work.done() + worth(scene, families, taken);
     // Some surfaces are rougher than others, but not beyond measure.
     let small = if rough { 0.0 } else { SMALL.get() * scene.spacing };
     for (level, sigma) in scatters(families.sigma, small).enumerate().skip(usize::from(rough)) {
@@ -106,6 +102,17 @@ pub fn scatter(
         }
     }
     Ok(best)
+}
+
+/// The work that all levels together may be: as much as two searches, or four of what finer surfaces leave, which is less;
+/// where most of the points are `taken`, twice what it took to find what is there.
+fn worth(scene: &Scene, families: &Families, taken: &[bool]) -> u64 {
+    let open = taken.iter().filter(|t| !**t).count();
+    match (families.rougher, !taken.is_empty() && 2 * open < scene.len()) {
+        (_, true) => 2 * scene.work.done(),
+        (true, false) => 4 * allowance(scene.len()),
+        (false, false) => 2 * allowance(scene.len()),
+    }
 }
 
 /// Scatters at which surfaces are looked for where there is `noise` between neighbours: several, and more of them while

@@ -10,7 +10,6 @@ use crate::segment::grow::search::MIN_SUPPORT;
 use crate::segment::grow::walk::Walk;
 use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::objective::{MOST, SURE};
-use crate::segment::partition::members;
 use crate::segment::prepare::scene::Scene;
 
 constants! {
@@ -40,12 +39,6 @@ pub fn rescued(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -
         );
     }
     found
-}
-
-/// The regions of a scene that are no surfaces: growth from elsewhere in them ends elsewhere. They keep their points
-/// from flowing to their neighbours, and are not reported.
-pub fn spurious(scene: &Scene, families: &Families, shapes: &[Shape], labels: &[i32]) -> Vec<bool> {
-    unstable(scene, families, shapes, &members(labels, shapes.len()))
 }
 
 /// Whether growth from elsewhere in each of some sets of points ends elsewhere.
@@ -107,25 +100,32 @@ mod tests {
     use crate::segment::random::SplitMix64;
 
     #[test]
-    fn a_whole_face_is_a_surface_and_half_of_one_is_not() {
+    fn a_surface_is_stable_whatever_its_labels_are_and_a_plane_through_a_wave_is_not() {
         let random = &mut SplitMix64::new(3);
         let mut unit = || random.below(1 << 30) as f64 / f64::from(1 << 30);
-        // two faces with a gap between them; of the second only one half has a region
-        let mut points: Vec<Vec3> =
-            (0..1200).map(|_| Vec3::new(10.0 * unit(), 10.0 * unit(), 0.01 * unit())).collect();
-        points.extend(
-            (0..1200).map(|_| Vec3::new(30.0 + 10.0 * unit(), 10.0 * unit(), 0.01 * unit())),
-        );
-        let side = |p: &Vec3| match p.x {
-            x if x < 20.0 => 0,
-            x if x < 35.0 => 1,
-            _ => -1,
+        let mut face = |x: f64, wave: f64| -> Vec<Vec3> {
+            let mut at = || {
+                let (u, v, off) = (10.0 * unit(), 10.0 * unit(), 0.01 * unit());
+                Vec3::new(x + u, v, off + wave * (0.9 * u).sin() * (0.9 * v).cos())
+            };
+            (0..2400).map(|_| at()).collect()
         };
-        let labels: Vec<i32> = points.iter().map(side).collect();
+        // A face, another of which only one half has the label, and a wave of which a plane has what lies near it.
+        let points: Vec<Vec3> =
+            [face(0.0, 0.0), face(30.0, 0.0), face(60.0, 0.5)].into_iter().flatten().collect();
         let sigma = 0.003;
+        let set = |on: &dyn Fn(&Vec3) -> bool| -> Vec<u32> {
+            (0..points.len() as u32).filter(|&i| on(&points[i as usize])).collect()
+        };
+        let sets = [
+            set(&|p| p.x < 20.0),
+            set(&|p| (30.0..35.0).contains(&p.x)),
+            set(&|p| p.x > 60.0 && p.z.abs() < 3.0 * sigma),
+        ];
         let families = Families { sigma, floor: sigma, max_radius: 1e3, ..fixtures::families() };
-        let shapes = [fixtures::plane(Vec3::zeros(), Vec3::z()); 2];
-        assert_eq!(spurious(&Scene::new(points), &families, &shapes, &labels), [false, true]);
+        let shapes = [fixtures::plane(Vec3::zeros(), Vec3::z()); 3];
+        let scene = Scene::new(points.clone());
+        assert_eq!(unstable(&scene, &families, &shapes, &sets), [false, false, true]);
     }
 
     #[test]
