@@ -150,6 +150,16 @@ fn noise_that_neighbours_share_costs_next_to_nothing() {
 }
 
 #[test]
+fn noise_that_is_all_smooth_hides_no_surface() {
+    // the nearest points show none of it
+    for (name, seed) in [("flange", 1), ("flange", 2), ("tee", 1), ("tee", 2)] {
+        let cloud = cad::make(name, seed, 30_000, 0.0, true).unwrap();
+        let s = scored(&cloud.waving(0.02, 4.0, &mut Random::new(seed)));
+        assert!(s.ratio > 0.97, "{name}, seed {seed}: {s}");
+    }
+}
+
+#[test]
 fn faces_three_times_as_rough_as_others_are_found() {
     let (mean, least) = ratios(|cloud, random| cloud.with_rough_faces(3.0, random));
     // The oracle takes the noise to be the same all over: it is beaten.

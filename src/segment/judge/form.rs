@@ -65,8 +65,8 @@ pub fn hypotheses(
     if !common && open < ROUGH.get() {
         return Ok(Looked::Found(found, true));
     }
-    // Where residuals go together, what is found is not yet any surface's.
-    let others: &[bool] = if common { &[] } else { &taken };
+    // Where residuals go together, or next to nothing fits, what is found is not yet any surface's.
+    let others: &[bool] = if common || open > HALF.get() { &[] } else { &taken };
     let at = scatter(scene, families, seed, others, trials, monitor)?;
     if !common && at.share <= most(families) {
         return Ok(Looked::Found(found, true));
