@@ -43,7 +43,6 @@ use error::AnyError;
 #[command(
     name = "conicoid",
     version,
-    verbatim_doc_comment,
     override_usage = "conicoid [OPTIONS]\n       conicoid CLOUD [-o RESULT] [OPTIONS]\n       conicoid <COMMAND>",
     args_conflicts_with_subcommands = true,
     args_override_self = true
