@@ -43,7 +43,7 @@ const FRAGMENT = `#version 300 es
 /// Time for the points of a frame, in milliseconds: more are drawn in the next ones.
 const SMOOTH = 30;
 /// How many points a frame draws at first, and at least.
-const FIRST = 200000, FEWEST = 10000;
+const FIRST = 100000, FEWEST = 10000;
 const COLUMNS = 1024;
 
 /// Draws on `canvas`; null where the browser has no WebGL 2.
