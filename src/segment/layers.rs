@@ -22,6 +22,8 @@ use crate::segment::{Counters, Monitor, Parameters, SegmentError, Stage, finish,
 constants! {
     /// Layers looked for at most.
     LAYERS: usize = 5, Effort("scatters beside the first that are looked for");
+    /// Layers in a row in which there is nothing, after which what is left is taken for no surface.
+    VAIN: usize = 2, Effort("scatters beside the first that are looked for");
 }
 
 /// The surfaces of a cloud that scatter by about as much.
@@ -154,7 +156,11 @@ pub fn with_rougher<'a>(
     let quiet = Quiet(monitor);
     // Some surfaces are rougher than others, but not beyond measure.
     let most = all.rougher.as_ref().map_or(0.0, |f| roughest(f.sigma));
+    let mut vain = usize::from(all.labels.iter().all(|l| *l < 0));
     for _ in 0..LAYERS.get() {
+        if vain == VAIN.get() {
+            break;
+        }
         let rougher = all.rougher.as_ref().filter(|_| parameters.noise_sigma.is_none());
         let Some(sigma) = rougher.map(|f| LEVEL * f.sigma).filter(|s| *s <= most) else { break };
         let left = (0..points.len() as u32).filter(|&i| all.labels[i as usize] < 0);
@@ -167,6 +173,7 @@ pub fn with_rougher<'a>(
         let own: Vec<Vec3> = left.iter().map(|&i| points[i as usize]).collect();
         let noise = Noise { sigma, fills_volume: false, spanning: own.len(), rougher: true };
         let next = Layer::of(&own, &noise, parameters, &quiet)?;
+        vain = if next.labels.iter().all(|l| *l < 0) { vain + 1 } else { 0 };
         all.add(next, points, &left, monitor);
     }
     Ok(all)

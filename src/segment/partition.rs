@@ -23,6 +23,8 @@ pub struct Partition {
     pub labels: Vec<i32>,
     /// Which of the surfaces only compete for points; empty where none.
     pub spurious: Vec<bool>,
+    /// Whether there may be rougher surfaces beside these.
+    pub rougher: bool,
     /// Points of the surfaces with the fewest, where most have too few for the sample to be worth settling.
     pub thin: Option<usize>,
     /// Scatter that labels were given with where residuals of neighbours go together or finer surfaces were taken out;

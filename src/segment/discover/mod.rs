@@ -48,7 +48,9 @@ pub fn discover(
     let (mut all, mut left) = (true, Left::of(scene.len()));
     let (mut suspected, mut seen, mut pass) = (false, false, 0);
     while pass < PASSES.get() {
-        if left.look(&model.labels) < families.policy.least {
+        // What is left beside surfaces with less noise than others is these others.
+        let rougher = pass > 0 && !all && families.common == 0.0;
+        if left.look(&model.labels) < families.policy.least || rougher {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
@@ -91,6 +93,7 @@ pub fn discover(
         }
         pass += 1;
     }
+    model.rougher = !all;
     if !all || families.rougher {
         model.spurious = spurious(scene, families, &model);
     }

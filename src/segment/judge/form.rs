@@ -21,6 +21,8 @@ constants! {
     FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
     /// Mean correlation of settled surfaces' residuals beyond which these go together: else hardly any is left.
     SEEN: f64 = 0.035, Trial(0.035, 0.035);
+    /// Scatter over that of finer surfaces from which on these are found by themselves first.
+    FAR: f64 = 3.0, Trial(3.0, 3.0);
 }
 
 /// What a look at a scene's hypotheses gave.
@@ -67,12 +69,17 @@ pub fn hypotheses(
     }
     // Where residuals go together, or next to nothing fits, what is found is not yet any surface's.
     let others: &[bool] = if common || open > HALF.get() { &[] } else { &taken };
-    let at = scatter(scene, families, seed, others, trials, monitor)?;
-    if !common && at.share <= most(families) {
+    let at = scatter(scene, families, seed, (others, dense), trials, monitor)?;
+    if !common && at.share <= most(families, dense) {
         return Ok(Looked::Found(found, true));
     }
-    if at.share <= most(families) && !dense {
+    if at.share <= most(families, dense) && !dense {
         return Ok(Looked::Doubtful);
+    }
+    // Far rougher ones are for later: what lies beside each other on the finer would be one to them.
+    let far = |sigma: f64| sigma > FAR.get() * families.sigma;
+    if !common && open < HALF.get() && at.sigma.is_some_and(far) {
+        return Ok(Looked::Found(judged(scene, families, found), false));
     }
     let Some(sigma) = at.sigma else { return Ok(Looked::Found(Vec::new(), false)) };
     families.sigma = LEVEL * sigma;
@@ -80,7 +87,7 @@ pub fn hypotheses(
     families.common = at.common;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
     families.common = families.common.max(in_common(&found));
-    if at.share <= most(families) {
+    if at.share <= most(families, dense) {
         found = judged(scene, families, found);
     } else {
         let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());

@@ -55,10 +55,10 @@ pub struct Scatter {
     pub common: f64,
 }
 
-/// Share of the grown points that must be the same wherever growth starts: nearly all where surfaces are all there is, the
-/// better part among what finer ones leave.
-pub fn most(families: &Families) -> f64 {
-    if families.rougher { HALF.get() } else { MOST.get() }
+/// Share of the grown points that must be the same wherever growth starts: nearly all, or else a denser sample may tell
+/// more; the better part where there is none (`dense`) or finer surfaces have been taken out.
+pub fn most(families: &Families, dense: bool) -> f64 {
+    if dense || families.rougher { HALF.get() } else { MOST.get() }
 }
 
 /// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
@@ -70,7 +70,7 @@ pub fn scatter(
     scene: &Scene,
     families: &Families,
     seed: u64,
-    taken: &[bool],
+    (taken, dense): (&[bool], bool),
     trials: &mut (usize, usize),
     monitor: &dyn Monitor,
 ) -> Result<Scatter, Cancelled> {
@@ -97,7 +97,7 @@ pub fn scatter(
         if share > best.share {
             best = Scatter { sigma: Some(sigma), share, common };
         }
-        if share > most(families) {
+        if share > most(families, dense) {
             break;
         }
     }

@@ -90,7 +90,7 @@ pub fn discover<'a>(
     }
     monitor.check()?;
     let noise = if allowed > noise { noise } else { sigma };
-    let raised = sigma > least || families.common > 0.0;
+    let raised = model.rougher || sigma > least || families.common > 0.0;
     Ok(Discovery { scene, model, families, noise, raised })
 }
 
