@@ -18,6 +18,7 @@ use super::{
     error::AnyError,
     output::{self, Output},
     settings::number_above_zero,
+    table::table,
 };
 use crate::{
     formats::{Fields, Format, Limits},
@@ -31,9 +32,14 @@ use crate::{
 pub struct SegmentArgs {
     /// The point cloud; `-` reads standard input
     cloud: PathBuf,
-    /// Where the result goes; standard output when absent or `-`. The file is there when it is whole
+    /// Where the result goes, in the form its ending names: `result.json`, `report.html`, `picture.png`, `part.csv`
+    /// (--output-format lists them). Standard output when it is `-`, and when it is absent and that is no terminal. The
+    /// file is there when it is whole
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Show neither progress nor a table of what was found; both come on standard error, on a terminal alone
+    #[arg(short, long)]
+    quiet: bool,
     /// Form of the result; the ending of the output's name tells it when absent, which must be one of
     /// these. Standard output gets JSON
     #[arg(long, value_name = "FORM", value_parser = forms())]
@@ -124,6 +130,11 @@ pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
         let extension = args.cloud.extension().and_then(|e| e.to_str());
         request.set_format(extension.and_then(Format::from_extension));
     }
+    if let (None, false, Some(name)) = (&request.name, is_dash(&args.cloud), args.cloud.file_name())
+    {
+        // it stays without a name where that is no text of one line
+        let _ = request.set("name", &name.to_string_lossy());
+    }
     let output = args.output.as_deref().filter(|path| !is_dash(path));
     let form = match (args.output_format, output) {
         (Some(form), _) => form,
@@ -132,19 +143,36 @@ pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
     };
     // what cannot be written is told before the work is done
     let output = output.map(|path| Output::new(path, &args.cloud)).transpose()?;
+    // a person who names no output wants to see what is there, not megabytes of labels
+    let is_asked = args.output.is_some() || args.output_format.is_some();
+    let is_written = is_asked || args.quiet || !io::stdout().is_terminal();
     let bytes = read(&args.cloud)?;
-    let mut answer = segment(&bytes, &request, args.max_points)?;
+    let is_shown = !args.quiet && io::stderr().is_terminal();
+    let mut answer = segment(&bytes, &request, args.max_points, is_shown)?;
+    let told = is_shown.then(|| table(&answer.document, request.name.as_deref().unwrap_or("-")));
     if form.has_points() {
         answer.fields = Fields::of(&bytes);
     }
-    let mut result = form.render(answer, request.labels)?;
-    if form == Representation::Json {
-        result.push(b'\n');
+    if is_written {
+        let mut result = form.render(answer, request.labels)?;
+        if form == Representation::Json {
+            result.push(b'\n');
+        }
+        match output {
+            Some(output) => output.write(&result)?,
+            None => io::stdout().lock().write_all(&result)?,
+        }
     }
-    match output {
-        Some(output) => Ok(output.write(&result)?),
-        None => Ok(io::stdout().lock().write_all(&result)?),
+    if let Some(told) = told {
+        // the result is written, and nobody may be reading this any more
+        let hint = if is_written {
+            ""
+        } else {
+            "\n-o result.json, report.html or picture.png keeps the result\n"
+        };
+        let _ = write!(io::stderr(), "{told}{hint}");
     }
+    Ok(())
 }
 
 fn is_dash(path: &Path) -> bool {
@@ -160,10 +188,15 @@ fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
     fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()).into())
 }
 
-fn segment(bytes: &[u8], request: &Request, max_points: usize) -> Result<Answer, AnyError> {
+fn segment(
+    bytes: &[u8],
+    request: &Request,
+    max_points: usize,
+    is_shown: bool,
+) -> Result<Answer, AnyError> {
     let deadline = request.deadline.map(|limit| std::time::Instant::now() + limit);
     let control = Control::new(deadline);
-    let bar = io::stderr().is_terminal().then(|| show_progress(&control));
+    let bar = is_shown.then(|| show_progress(&control));
     let done = compute(bytes, request, &Limits { max_points }, &control);
     if let Some(bar) = bar {
         bar.finish_and_clear();

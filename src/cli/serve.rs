@@ -1,5 +1,5 @@
 use std::{
-    io::{self, Write},
+    io::{self, IsTerminal, Write},
     net::SocketAddr,
     sync::Arc,
     time::Duration,
@@ -14,6 +14,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::{
     error::AnyError,
+    greeting::greeting,
     handles, logging, measure, memory,
     settings::Settings,
     tls::{self, TlsError},
@@ -225,6 +226,9 @@ pub fn run(settings: &Settings) -> Result<(), AnyError> {
         let s = if settings.tls_cert.is_some() { "s" } else { "" };
         // whoever started the service may not care where it is
         let _ = writeln!(io::stdout(), "http{s}://{http}\ngrpc{s}://{grpc}\nadmin://{admin}");
+        if io::stderr().is_terminal() {
+            let _ = write!(io::stderr(), "{}", greeting(&format!("http{s}"), http));
+        }
         let stop = CancellationToken::new();
         tokio::spawn(stop_on_signal(stop.clone()));
         Ok(server.run(stop).await?)

@@ -33,8 +33,8 @@ pub use hints::{Columns, Hints};
 pub use ply::Fields;
 pub use read::read;
 pub use write::{
-    DIMENSIONS, Labelled, RegionRow, region_color, write_deviations_npy, write_labelled_ply,
-    write_labels_npy, write_points_csv, write_regions_csv,
+    DIMENSIONS, Labelled, PICTURE_BYTES, RegionRow, Scene, region_color, write_deviations_npy,
+    write_labelled_ply, write_labels_npy, write_picture, write_points_csv, write_regions_csv,
 };
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use utoipa::ToSchema;
 
 use super::{
     accept,
-    answer::{answered, carried},
+    answer::{answered, carried, room_for},
     app::App,
     query::{Pairs, from_query},
 };
@@ -157,7 +157,11 @@ pub async fn result(
         }
     }
     let with_cloud = form.has_points();
-    let write = move |answer, labels| form.render(answer, asked.unwrap_or(labels));
+    let room = room_for(form, &app, &caller)?;
+    let write = move |answer, labels| {
+        let _room = room;
+        form.render(answer, asked.unwrap_or(labels))
+    };
     let bytes = app.service.job_result(&caller, &id, &held, with_cloud, write).await?;
     Ok(answered(form, carried(bytes, &held)))
 }

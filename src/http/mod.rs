@@ -14,6 +14,7 @@ mod jobs;
 mod linger;
 mod meter;
 mod openapi;
+mod pages;
 mod problem;
 mod query;
 mod segmentations;
@@ -27,7 +28,8 @@ use axum::{
     extract::{DefaultBodyLimit, State},
     http::{HeaderName, HeaderValue, Method, header},
     middleware,
-    response::{Html, IntoResponse},
+    response::IntoResponse,
+    routing::get,
 };
 use tower_http::{
     catch_panic::CatchPanicLayer, cors::CorsLayer, decompression::RequestDecompressionLayer,
@@ -63,6 +65,7 @@ pub fn router(service: Arc<Service>, config: HttpConfig) -> Router {
         .layer(DefaultBodyLimit::disable()) // uploads are limited as they are read
         .route_layer(middleware::from_fn_with_state(app.clone(), auth::identify))
         .merge(contract)
+        .route("/viewer/{file}", get(pages::file))
         .layer(CatchPanicLayer::new())
         .layer(middleware::from_fn(host::check))
         .layer(middleware::from_fn(linger::read_to_the_end))
@@ -89,7 +92,10 @@ fn use_cases() -> OpenApiRouter<App> {
 
 /// The routes open to everybody.
 fn contract() -> OpenApiRouter<App> {
-    OpenApiRouter::new().routes(routes!(openapi_json)).routes(routes!(docs)).routes(routes!(viewer))
+    OpenApiRouter::new()
+        .routes(routes!(openapi_json))
+        .routes(routes!(pages::docs))
+        .routes(routes!(pages::viewer))
 }
 
 fn cors(origins: &[HeaderValue]) -> CorsLayer {
@@ -116,33 +122,4 @@ fn cors(origins: &[HeaderValue]) -> CorsLayer {
 )]
 async fn openapi_json(State(app): State<App>) -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/json")], app.openapi)
-}
-
-/// The reference as a page
-///
-/// Written from the OpenAPI document; needs nothing from elsewhere.
-#[utoipa::path(
-    get, path = "/docs", operation_id = "getDocs", tag = "contract",
-    responses((status = 200, description = "The page", body = String, content_type = "text/html")),
-)]
-async fn docs() -> impl IntoResponse {
-    page(include_str!("pages/docs.html"))
-}
-
-/// The viewer
-///
-/// A page that segments a cloud dropped on it and shows its points in the colours of their surfaces.
-#[utoipa::path(
-    get, path = "/", operation_id = "getViewer", tag = "contract",
-    responses((status = 200, description = "The page", body = String, content_type = "text/html")),
-)]
-async fn viewer() -> impl IntoResponse {
-    page(include_str!("pages/viewer.html"))
-}
-
-/// A page that may use itself and this service, and nothing from elsewhere.
-fn page(text: &'static str) -> impl IntoResponse {
-    let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
-                  connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-    ([(header::CONTENT_SECURITY_POLICY, policy)], Html(text))
 }

@@ -147,6 +147,9 @@ fn query_parameter(spec: &ParameterSpec) -> Parameter {
         .build()
 }
 
+/// A text without control characters.
+const ONE_LINE: &str = r"^[^\x00-\x1f\x7f-\x9f]*$";
+
 /// The schema of a parameter's value: its type, range, words and default.
 fn schema(spec: &ParameterSpec) -> Schema {
     let object = |t| ObjectBuilder::new().schema_type(t).default(default(spec));
@@ -182,6 +185,9 @@ fn schema(spec: &ParameterSpec) -> Schema {
             .max_items(Some(3))
             .unique_items(true)
             .into(),
+        ParameterKind::Text { max } => {
+            object(Type::String).max_length(Some(max)).pattern(Some(ONE_LINE)).into()
+        }
     }
 }
 

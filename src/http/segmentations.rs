@@ -7,7 +7,7 @@ use axum::{
 
 use super::{
     accept,
-    answer::{answered, carried},
+    answer::{answered, carried, room_for},
     app::App,
     body, jobs,
     query::{Pairs, from_query},
@@ -52,7 +52,11 @@ pub async fn create(
         return Ok(jobs::accepted(job.view()));
     }
     let held = upload.held().clone();
-    let write = move |answer, labels| form.render(answer, labels);
+    let room = room_for(form, &app, &caller)?;
+    let write = move |answer, labels| {
+        let _room = room;
+        form.render(answer, labels)
+    };
     let bytes = app.service.segment(upload, request, form.has_points(), write).await?;
     Ok(answered(form, carried(bytes, &held)))
 }

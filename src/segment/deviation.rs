@@ -37,6 +37,16 @@ impl Measure {
             Self::None => f64::NAN,
         }
     }
+
+    fn normal(&self, p: &Vec3) -> Vec3 {
+        match self {
+            Self::Shape(shape) => shape.offset(p).normal,
+            Self::Quadric(quadric, origin) => {
+                quadric.gradient(&(p - origin)).try_normalize(0.0).unwrap_or_default()
+            }
+            Self::None => Vec3::zeros(),
+        }
+    }
 }
 
 /// Signed distance of each input point from the surface of its region, in input order; NaN where it has none.
@@ -57,6 +67,19 @@ pub fn deviations(cloud: &PointCloud, labels: &[i32], regions: &[Region]) -> Vec
     let mut all = vec![f64::NAN; cloud.input_len];
     index.iter().zip(stored).for_each(|(&i, d)| all[i as usize] = d);
     all
+}
+
+/// Unit normal of its region's surface at each stored point, for drawing; zeros where it has none. `labels` are in
+/// input order.
+pub fn surface_normals(cloud: &PointCloud, labels: &[i32], regions: &[Region]) -> Vec<[f32; 3]> {
+    let measures: Vec<Measure> = regions.iter().map(Measure::of).collect();
+    let one = |(k, p): (usize, &Vec3)| {
+        let at = cloud.input_index.as_ref().map_or(k, |index| index[k] as usize);
+        let label = labels.get(at).and_then(|l| usize::try_from(*l).ok());
+        let normal = label.and_then(|l| measures.get(l)).map(|m| m.normal(p));
+        normal.map_or([0.0; 3], |n| [n.x as f32, n.y as f32, n.z as f32])
+    };
+    cloud.points.par_iter().with_min_len(CHUNK).enumerate().map(one).collect()
 }
 
 #[cfg(test)]

@@ -44,7 +44,7 @@ mod sample;
 mod union;
 
 pub use constants::constants;
-pub use deviation::deviations;
+pub use deviation::{deviations, surface_normals};
 pub use dimensions::{Dimensions, Side};
 pub use monitor::{Cancelled, Monitor, Silent, Stage};
 pub use parameters::{

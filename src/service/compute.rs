@@ -20,6 +20,8 @@ pub struct Answer {
     pub cloud: Arc<PointCloud>,
     /// The file's own columns, where the form of the result has room for them.
     pub fields: Fields,
+    /// What the cloud is called, where that is known.
+    pub name: Option<String>,
 }
 
 /// Reads the cloud in `bytes` and segments it: the one way from input to result.
@@ -71,7 +73,12 @@ pub fn compute(
         skipped: cloud.skipped(),
     };
     let document = document(&cloud, found, request.snap, input, timing);
-    Ok(Answer { document, cloud: Arc::new(cloud), fields: Fields::default() })
+    Ok(Answer {
+        document,
+        cloud: Arc::new(cloud),
+        fields: Fields::default(),
+        name: request.name.clone(),
+    })
 }
 
 /// An error of reading, which says so where the bytes look like another format than the one that was named.

@@ -171,7 +171,8 @@ impl Service {
                 Some(bytes) => (read(bytes)?, Fields::of(bytes)),
                 None => Default::default(),
             };
-            tell(Answer { document, cloud: Arc::new(cloud), fields }, request.labels)
+            let cloud = Arc::new(cloud);
+            tell(Answer { document, cloud, fields, name: request.name }, request.labels)
         };
         let written = tokio::task::spawn_blocking(write).await;
         written.map_err(|_| ServiceError::from(PoolError::Closed))?

@@ -3,10 +3,10 @@ use std::io;
 use prost::Message;
 use rayon::prelude::*;
 
-use super::{Answer, Document, ErrorKind, ServiceError, message::v1, step::step};
+use super::{Answer, Document, ErrorKind, ServiceError, message::v1, report, step::step};
 use crate::formats::{
-    DIMENSIONS, Labelled, RegionRow, write_deviations_npy, write_labelled_ply, write_labels_npy,
-    write_points_csv, write_regions_csv,
+    DIMENSIONS, Labelled, PICTURE_BYTES, RegionRow, write_deviations_npy, write_labelled_ply,
+    write_labels_npy, write_points_csv, write_regions_csv,
 };
 use crate::segment::{Region, deviations};
 
@@ -29,6 +29,10 @@ pub enum Representation {
     Points,
     /// A boundary representation for CAD systems.
     Step,
+    /// A document for people.
+    Html,
+    /// A picture.
+    Png,
 }
 
 impl Representation {
@@ -42,11 +46,21 @@ impl Representation {
         Self::Deviations,
         Self::Points,
         Self::Step,
+        Self::Html,
+        Self::Png,
     ];
 
     /// Whether it tells of the points themselves, for which the cloud is needed.
     pub fn has_points(self) -> bool {
-        matches!(self, Self::Ply | Self::Deviations | Self::Points | Self::Step)
+        matches!(
+            self,
+            Self::Ply | Self::Deviations | Self::Points | Self::Step | Self::Html | Self::Png
+        )
+    }
+
+    /// Memory that writing it takes, beside the cloud and what comes out, in bytes.
+    pub fn bytes_beside(self) -> u64 {
+        if matches!(self, Self::Html | Self::Png) { PICTURE_BYTES } else { 0 }
     }
 
     /// The media type it is sent under.
@@ -69,6 +83,8 @@ impl Representation {
             Self::Deviations => &["application/vnd.conicoid.deviations+npy"],
             Self::Points => &["application/vnd.conicoid.points+csv"],
             Self::Step => &["model/step", "application/step"],
+            Self::Html => &["text/html"],
+            Self::Png => &["image/png"],
         }
     }
 
@@ -83,6 +99,8 @@ impl Representation {
             Self::Deviations => "deviations.npy",
             Self::Points => "points.csv",
             Self::Step => "step",
+            Self::Html => "html",
+            Self::Png => "png",
         }
     }
 
@@ -126,6 +144,15 @@ impl Representation {
                  up is a solid; the description of each other product names the regions with an open border. Faces have \
                  names with the size and its standard deviation, and the regions' colours"
             }
+            Self::Html => {
+                "A report for people, one file that asks for nothing else and prints on A4: a picture, the surfaces \
+                 with their dimensions and uncertainties, a histogram of the deviations of each, the parameters as \
+                 used, what was found of the cloud, and its SHA-256"
+            }
+            Self::Png => {
+                "A picture of 1280 x 960 pixels: the points in the colours of their surfaces, seen from the front and \
+                 above, with the surfaces' ids, axes and a scale bar"
+            }
             Self::Csv => {
                 "One line a region under a line of names: `id`, `type`, `point_count`, `rms`, `max`, \
                  `position_x` to `position_z` (a point of the plane or axis, the centre or the apex), \
@@ -157,6 +184,11 @@ impl Representation {
             Self::Deviations => {
                 with_deviations(&answer, |all| write_deviations_npy(&mut bytes, all.deviations))
             }
+            Self::Png => return report::picture(&answer).map_err(|error| unwritten(&error)),
+            Self::Html => {
+                let picture = report::picture(&answer).map_err(|error| unwritten(&error))?;
+                return Ok(report::report(&answer, &picture).into_bytes());
+            }
             Self::Csv => write_regions_csv(&mut bytes, &rows(&answer.document)),
             Self::Step => return Ok(step(&answer).into_bytes()),
         };
@@ -169,7 +201,7 @@ fn with_deviations(
     answer: &Answer,
     write: impl FnOnce(&Labelled) -> io::Result<()>,
 ) -> io::Result<()> {
-    let Answer { document, cloud, fields } = answer;
+    let Answer { document, cloud, fields, .. } = answer;
     let labels = document.labels();
     let deviations = deviations(cloud, labels, &document.regions);
     write(&Labelled { cloud, labels, deviations: &deviations, fields })

@@ -25,6 +25,13 @@ pub const OPTIONS: &[ParameterSpec] = &[
         help: "Which columns of a text are x, y and z, counted from 1, such as 2,3,4 behind a running number (by their names, or the first three, when absent)",
     },
     ParameterSpec {
+        name: "name",
+        kind: ParameterKind::Text { max: MAX_NAME },
+        unit: None,
+        default: None,
+        help: "What the cloud is called in its report, such as the name of its file",
+    },
+    ParameterSpec {
         name: "labels",
         kind: ParameterKind::Choice(&["inline", "none"]),
         unit: None,
@@ -47,6 +54,8 @@ pub const OPTIONS: &[ParameterSpec] = &[
     },
 ];
 
+/// Longest name of a cloud, in characters: what file systems allow a file.
+const MAX_NAME: usize = 255;
 /// Longest text of one value: that of the longest 64-bit number, written without an exponent.
 const MAX_VALUE_BYTES: usize = 350;
 /// Longest text of a list: three such numbers.
@@ -72,6 +81,8 @@ pub struct Request {
     pub format: Option<Format>,
     /// The columns of a text; by their names or their place when absent.
     pub columns: Option<Columns>,
+    /// What the cloud is called.
+    pub name: Option<String>,
     /// Whether the answer holds the labels.
     pub labels: bool,
     /// Whether regions are given second surfaces, for which the accepted relations hold exactly.
@@ -88,6 +99,7 @@ impl Default for Request {
             parameters: Parameters::default(),
             format: None,
             columns: None,
+            name: None,
             labels: true,
             snap: false,
             deadline: None,
@@ -134,6 +146,11 @@ impl Request {
             "columns" => {
                 self.columns = Some(columns(text).ok_or_else(|| invalid(name, value))?);
             }
+            "name" => {
+                let is_line = text.chars().count() <= MAX_NAME && !value.contains(char::is_control);
+                let line = is_line.then(|| text.to_owned()).ok_or_else(|| invalid(name, value))?;
+                self.name = Some(line).filter(|line| !line.is_empty());
+            }
             "labels" => {
                 self.labels = match text {
                     "inline" => true,
@@ -173,7 +190,12 @@ impl Request {
 /// Refuses texts longer than any value needs, which would only be kept.
 fn check_length(name: &str, text: &str) -> Result<(), ServiceError> {
     let Some(spec) = specs().find(|spec| spec.name == name) else { return Ok(()) };
-    let most = if is_list(spec) { MAX_LIST_BYTES } else { MAX_VALUE_BYTES };
+    let most = match spec.kind {
+        // the longest characters take four bytes
+        ParameterKind::Text { max } => 4 * max,
+        _ if is_list(spec) => MAX_LIST_BYTES,
+        _ => MAX_VALUE_BYTES,
+    };
     if text.len() <= most {
         return Ok(());
     }
@@ -229,6 +251,7 @@ mod tests {
         let request = Request::from_pairs([
             ("format", "ply"),
             ("columns", "4, 3,2"),
+            ("name", " bracket 2.ply "),
             ("labels", "none"),
             ("snap", "true"),
             ("deadline", "1.5"),
@@ -238,6 +261,7 @@ mod tests {
         assert_eq!(request.format, Some(Format::Ply));
         assert_eq!(request.hints().columns, Columns::new([4, 3, 2]));
         assert_eq!(request.deadline, Some(Duration::from_millis(1500)));
+        assert_eq!(request.name.as_deref(), Some("bracket 2.ply"));
         assert!(!request.labels && request.snap && request.parameters.tolerance == Some(0.25));
     }
 
@@ -273,7 +297,7 @@ mod tests {
 
     #[test]
     fn what_is_unknown_or_out_of_range_is_refused_by_name() {
-        let kind = |name, value| Request::from_pairs([(name, value)]).map_err(|e| e.kind);
+        let kind = |name, value: &str| Request::from_pairs([(name, value)]).map_err(|e| e.kind);
         assert_eq!(kind("radius", "1"), Err(ErrorKind::UnknownParameter));
         assert_eq!(kind("format", "dwg"), Err(ErrorKind::UnknownFormat));
         for (name, value) in
@@ -287,6 +311,11 @@ mod tests {
             assert_eq!(kind("columns", value), Err(ErrorKind::InvalidParameter), "{value}");
         }
         assert!(kind("columns", "1,2,1000").is_ok());
+        for value in ["two\nlines", "\ttab", &"x".repeat(256)] {
+            assert_eq!(kind("name", value), Err(ErrorKind::InvalidParameter), "{value}");
+        }
+        assert!(kind("name", &"𝔵".repeat(255)).is_ok());
+        assert_eq!(Request::from_pairs([("name", " ")]).map(|request| request.name), Ok(None));
         assert!(kind("deadline", "86400").is_ok() && kind("deadline", "0.1").is_ok());
     }
 }

@@ -2,29 +2,29 @@
 //! installs.
 
 use std::{
-    fs,
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
     process::{Child, Command, Stdio},
     time::{Duration, Instant},
 };
 
+use base64::{Engine, prelude::BASE64_STANDARD};
 use serde_json::{Value, json};
 
-use super::support::{Running, clouds, start};
+use super::support::{Running, start};
 
 /// Longest time a page may take to show what is waited for.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A browser with one window.
-struct Browser {
+pub struct Browser {
     driver: Child,
     session: String,
     _profile: tempfile::TempDir,
 }
 
 impl Browser {
-    async fn start() -> Self {
+    pub async fn start() -> Self {
         let mut command = Command::new("chromedriver");
         let driver = command.arg("--port=0").stdout(Stdio::piped()).spawn();
         let mut driver = driver.expect("chromedriver is there: tests/run installs it");
@@ -61,22 +61,98 @@ impl Browser {
         Self { driver, session, _profile: profile }
     }
 
-    async fn call(&self, command: &str, arguments: Value) -> Value {
+    pub async fn call(&self, command: &str, arguments: Value) -> Value {
         post(&format!("{}/{command}", self.session), arguments).await
     }
 
     /// Opens the page at `path`.
-    async fn open(&self, running: &Running, path: &str) {
+    pub async fn open(&self, running: &Running, path: &str) {
         self.call("url", json!({"url": running.url(path)})).await;
     }
 
     /// The value of a script.
-    async fn eval(&self, script: &str) -> Value {
+    pub async fn eval(&self, script: &str) -> Value {
         self.call("execute/sync", json!({"script": format!("return {script}"), "args": []})).await
     }
 
+    /// The value of a promise.
+    pub async fn resolve(&self, script: &str) -> Value {
+        let script = format!(
+            "const done = arguments[0]; ({script}).then(done, error => done(String(error)))"
+        );
+        self.call("execute/async", json!({"script": script, "args": []})).await
+    }
+
+    /// The first element of a selector, as WebDriver names it.
+    pub async fn element(&self, selector: &str) -> Value {
+        self.call("element", json!({"using": "css selector", "value": selector})).await
+    }
+
+    async fn on_element(&self, selector: &str, command: &str, arguments: Value) -> Value {
+        let element = self.element(selector).await;
+        let name =
+            element.as_object().unwrap().values().next().unwrap().as_str().unwrap().to_owned();
+        self.call(&format!("element/{name}/{command}"), arguments).await
+    }
+
+    /// Clicks an element.
+    pub async fn press(&self, selector: &str) {
+        self.on_element(selector, "click", json!({})).await;
+    }
+
+    /// Types into an element, or chooses a file where it is for files.
+    pub async fn enter(&self, selector: &str, text: &str) {
+        self.on_element(selector, "value", json!({ "text": text })).await;
+    }
+
+    /// Presses and releases a key.
+    pub async fn key(&self, key: &str) {
+        let down_and_up =
+            json!([{"type": "keyDown", "value": key}, {"type": "keyUp", "value": key}]);
+        self.call(
+            "actions",
+            json!({"actions": [{"type": "key", "id": "keys", "actions": down_and_up}]}),
+        )
+        .await;
+    }
+
+    /// Clicks so far from the middle of an element, to the right and down, with a key held where there is one.
+    pub async fn click(&self, selector: &str, [x, y]: [f64; 2], held: Option<&str>) {
+        let origin = self.element(selector).await;
+        let (x, y) = (x.round() as i64, y.round() as i64);
+        let mut actions = vec![
+            json!({"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": [
+                {"type": "pause", "duration": 0},
+                {"type": "pointerMove", "origin": origin, "x": x, "y": y},
+                {"type": "pointerDown", "button": 0}, {"type": "pointerUp", "button": 0},
+            ]}),
+        ];
+        if let Some(key) = held {
+            actions.push(json!({"type": "key", "id": "keys", "actions": [
+                {"type": "keyDown", "value": key}, {"type": "pause", "duration": 0},
+                {"type": "pause", "duration": 0}, {"type": "pause", "duration": 0}, {"type": "keyUp", "value": key},
+            ]}));
+        }
+        self.call("actions", json!({ "actions": actions })).await;
+    }
+
+    /// A command of the browser's own protocol.
+    pub async fn tell(&self, command: &str, parameters: Value) {
+        self.call("goog/cdp/execute", json!({"cmd": command, "params": parameters})).await;
+    }
+
+    /// What an element looks like: width, height, and red, green, blue of each pixel.
+    pub async fn look(&self, selector: &str) -> Picture {
+        let element = self.element(selector).await;
+        let name =
+            element.as_object().unwrap().values().next().unwrap().as_str().unwrap().to_owned();
+        let url = format!("{}/element/{name}/screenshot", self.session);
+        let told: Value = reqwest::get(url).await.unwrap().json().await.unwrap();
+        Picture::of(&BASE64_STANDARD.decode(told["value"].as_str().unwrap()).unwrap())
+    }
+
     /// Waits until `script` is true.
-    async fn wait(&self, script: &str) {
+    pub async fn wait(&self, script: &str) {
         let begin = Instant::now();
         while self.eval(script).await != true {
             let page = self.eval("document.body.innerText").await;
@@ -86,10 +162,54 @@ impl Browser {
     }
 
     /// What the page complained of.
-    async fn complaints(&self) -> Vec<Value> {
+    pub async fn complaints(&self) -> Vec<Value> {
         let log = self.call("se/log", json!({"type": "browser"})).await;
         let severe = |entry: &&Value| entry["level"] == "SEVERE";
         log.as_array().unwrap().iter().filter(severe).cloned().collect()
+    }
+}
+
+/// A decoded PNG file.
+pub struct Picture {
+    pub width: usize,
+    pub height: usize,
+    pixels: Vec<[u8; 3]>,
+}
+
+impl Picture {
+    /// Decodes a file of eight bits a channel.
+    pub fn of(bytes: &[u8]) -> Self {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut data = vec![0; reader.output_buffer_size().unwrap()];
+        let frame = reader.next_frame(&mut data).unwrap();
+        let pixels = data[..frame.buffer_size()].chunks(frame.color_type.samples());
+        let pixels = pixels.map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        Self { width: frame.width as usize, height: frame.height as usize, pixels }
+    }
+
+    /// Whether it is the same but for one pixel in a thousand.
+    pub fn is(&self, other: &Self) -> bool {
+        let differ = self.pixels.iter().zip(&other.pixels).filter(|(a, b)| a != b).count();
+        self.pixels.len() == other.pixels.len() && 1000 * differ <= self.pixels.len()
+    }
+
+    /// The pixel so far from the middle, to the right and down.
+    pub fn at(&self, [x, y]: [f64; 2]) -> [u8; 3] {
+        let (x, y) = (self.width as f64 / 2.0 + x, self.height as f64 / 2.0 + y);
+        self.pixels[y as usize * self.width + x as usize]
+    }
+
+    /// The mean over a square of pixels about a place: that of an area, whatever its noise.
+    pub fn mean(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        const HALF: i32 = 4;
+        let mut sum = [0.0; 3];
+        for dy in -HALF..=HALF {
+            for dx in -HALF..=HALF {
+                let pixel = self.at([x + f64::from(dx), y + f64::from(dy)]);
+                sum.iter_mut().zip(pixel).for_each(|(s, p)| *s += f64::from(p));
+            }
+        }
+        sum.map(|s| s / f64::from((2 * HALF + 1) * (2 * HALF + 1)))
     }
 }
 
@@ -115,72 +235,6 @@ async fn post(url: &str, arguments: Value) -> Value {
     let answer: Value = answer.json().await.unwrap();
     assert!(answer["value"]["error"].is_null(), "{url}: {answer}");
     answer["value"].clone()
-}
-
-#[tokio::test(flavor = "multi_thread")]
-async fn the_viewer_shows_the_surfaces_of_a_file_that_is_dropped_on_it() {
-    let running = start(&[]).await;
-    let directory = tempfile::tempdir().unwrap();
-    let file = directory.path().join("bracket.ply");
-    fs::write(&file, clouds::ply(&clouds::bracket(20_000))).unwrap();
-    let browser = Browser::start().await;
-    browser.open(&running, "/").await;
-    let found = browser.call("element", json!({"using": "css selector", "value": "#file"})).await;
-    let input = found.as_object().unwrap().values().next().unwrap().as_str().unwrap().to_owned();
-    let path = file.display().to_string();
-    browser.call(&format!("element/{input}/value"), json!({"text": path})).await;
-    browser.wait("!document.getElementById('found').hidden").await;
-    let told = browser.eval("document.getElementById('found').innerText").await;
-    let told = told.as_str().unwrap();
-    assert!(told.contains("bracket.ply") && told.contains("cylinder"), "{told}");
-    // something in colour stands in the middle of the view
-    let colours = "(() => { const c = document.getElementById('view'), gl = c.getContext('webgl'); \
-        return new Promise(done => requestAnimationFrame(() => { dispatchEvent(new Event('resize')); \
-        const p = new Uint8Array(4 * c.width * c.height); \
-        c.dispatchEvent(new MouseEvent('dblclick')); requestAnimationFrame(() => { \
-        gl.readPixels(0, 0, c.width, c.height, gl.RGBA, gl.UNSIGNED_BYTE, p); \
-        let n = 0; for (let i = 0; i < p.length; i += 4) n += Math.max(p[i], p[i + 1], p[i + 2]) - Math.min(p[i], p[i + 1], p[i + 2]) > 100; \
-        done(n / c.width / c.height); }); })); })()";
-    let share = browser.eval(colours).await.as_f64().unwrap();
-    assert!(share > 0.02, "{share} of the view has colour");
-    assert_eq!(browser.complaints().await, Vec::<Value>::new());
-}
-
-#[tokio::test(flavor = "multi_thread")]
-async fn the_viewer_tells_why_a_file_is_refused() {
-    let running = start(&[]).await;
-    let browser = Browser::start().await;
-    browser.open(&running, "/").await;
-    browser.eval("segment(new Blob(['0 0 0']), 'one.xyz')").await;
-    browser.wait("document.getElementById('problem').innerText.includes('too_few_points')").await;
-}
-
-#[tokio::test(flavor = "multi_thread")]
-async fn another_run_of_the_same_cloud_takes_the_parameters_as_they_are_then() {
-    let running = start(&[]).await;
-    let browser = Browser::start().await;
-    browser.call("window/rect", json!({"width": 1280, "height": 850})).await;
-    browser.open(&running, "/").await;
-    browser.wait("!!document.querySelector('[name=min_points]')").await;
-    browser.eval("(document.querySelector('details').open = true, segment(new Blob([[...Array(900).keys()]\
-        .map(i => `${i % 30} ${i / 30 | 0} 0`).join('\\n')]), 'plate.xyz'))").await;
-    browser.wait("!document.getElementById('found').hidden").await;
-    // what was found stays in sight beside the open form
-    let inside = "(e => e.top >= 0 && e.bottom <= innerHeight)(document.getElementById('summary').getBoundingClientRect())";
-    browser.wait(inside).await;
-    browser
-        .eval("(document.querySelector('[name=min_points]').value = '901', document.getElementById('again').click())")
-        .await;
-    browser.wait("document.getElementById('problem').innerText.includes('too_few_points')").await;
-    // what the view showed was another run's
-    browser
-        .wait(
-            "document.getElementById('found').hidden && !document.body.classList.contains('shown')",
-        )
-        .await;
-    browser.eval("(document.querySelector('[name=min_points]').value = '', document.getElementById('again').click())").await;
-    browser.wait("document.getElementById('summary').innerText.includes('plate.xyz')").await;
-    assert_eq!(browser.complaints().await, Vec::<Value>::new());
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -37,6 +37,8 @@ mod strangers;
 mod supply;
 mod support;
 mod survival;
+mod terminal;
 mod tls;
 mod told;
 mod traces;
+mod viewer;

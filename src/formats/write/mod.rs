@@ -1,11 +1,15 @@
 //! Results as files: labels, labelled clouds, tables of regions.
 
 mod npy;
+mod palette;
+mod picture;
 mod ply;
 mod points;
 mod table;
 
 pub use npy::{write_deviations_npy, write_labels_npy};
-pub use ply::{Labelled, region_color, write_labelled_ply};
+pub use palette::region_color;
+pub use picture::{PICTURE_BYTES, Scene, write_picture};
+pub use ply::{Labelled, write_labelled_ply};
 pub use points::write_points_csv;
 pub use table::{DIMENSIONS, RegionRow, write_regions_csv};

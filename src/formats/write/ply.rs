@@ -1,5 +1,6 @@
 use std::io::{self, Write};
 
+use super::palette::region_color;
 use crate::formats::Fields;
 use crate::geometry::{PointCloud, Vec3};
 
@@ -65,6 +66,9 @@ fn write_vertices(out: &mut impl Write, labelled: &Labelled) -> io::Result<()> {
     let Labelled { cloud, labels, deviations, fields } = labelled;
     let whole = VERTEX + fields.stride;
     let mut buffer = Vec::with_capacity(BLOCK * whole);
+    // the label -1 comes first
+    let last = labels.iter().copied().max().unwrap_or(-1);
+    let colors: Vec<[u8; 3]> = (-1..=last).map(region_color).collect();
     let mut stored = 0;
     for i in 0..cloud.input_len {
         let is_stored = match &cloud.input_index {
@@ -73,7 +77,9 @@ fn write_vertices(out: &mut impl Write, labelled: &Labelled) -> io::Result<()> {
         };
         let point = cloud.points.get(stored).filter(|_| is_stored);
         stored += usize::from(is_stored);
-        push_vertex(&mut buffer, point, labels.get(i).copied().unwrap_or(-1));
+        let label = labels.get(i).copied().unwrap_or(-1);
+        let color = usize::try_from(label + 1).ok().and_then(|at| colors.get(at));
+        push_vertex(&mut buffer, point, color.copied().unwrap_or(region_color(-1)), label);
         buffer.extend(deviations.get(i).copied().unwrap_or(f64::NAN).to_le_bytes());
         let from = i * fields.stride;
         match fields.records.get(from..from + fields.stride) {
@@ -88,30 +94,13 @@ fn write_vertices(out: &mut impl Write, labelled: &Labelled) -> io::Result<()> {
     out.write_all(&buffer)
 }
 
-fn push_vertex(buffer: &mut Vec<u8>, point: Option<&Vec3>, label: i32) {
+fn push_vertex(buffer: &mut Vec<u8>, point: Option<&Vec3>, color: [u8; 3], label: i32) {
     let point = point.copied().unwrap_or(Vec3::repeat(f64::NAN));
     for coordinate in &point {
         buffer.extend_from_slice(&coordinate.to_le_bytes());
     }
-    buffer.extend_from_slice(&region_color(label));
+    buffer.extend_from_slice(&color);
     buffer.extend_from_slice(&label.to_le_bytes());
-}
-
-/// The colour (red, green, blue) of a region's points; grey for -1.
-///
-/// Hues step by the golden angle, so that regions with near ids look different, and brightness changes
-/// every round.
-pub fn region_color(label: i32) -> [u8; 3] {
-    if label < 0 {
-        return [128; 3];
-    }
-    let hue = (f64::from(label) * 0.618_033_988_749_895).fract() * 6.0;
-    let value = [255.0, 200.0, 150.0][(label / 12 % 3) as usize];
-    let saturation = if label / 36 % 2 == 0 { 0.85 } else { 0.5 };
-    [5.0, 3.0, 1.0].map(|shift| {
-        let k = (shift + hue) % 6.0;
-        (value * (1.0 - saturation * k.min(4.0 - k).clamp(0.0, 1.0))) as u8
-    })
 }
 
 #[cfg(test)]
@@ -143,13 +132,5 @@ mod tests {
         let kept = Fields::of(&bytes);
         let names: Vec<_> = kept.columns.iter().map(|c| c.0.as_str()).collect();
         assert_eq!(names[3..], ["label", "deviation", "input_red", "nx"]);
-    }
-
-    #[test]
-    fn regions_have_colours_of_their_own() {
-        assert_eq!(region_color(-1), [128; 3]);
-        let colours: std::collections::HashSet<_> = (0..72).map(region_color).collect();
-        assert_eq!(colours.len(), 72);
-        assert!(!colours.contains(&[128; 3]));
     }
 }

@@ -82,6 +82,9 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
         let columns = message.columns.iter().map(u32::to_string).collect::<Vec<_>>();
         request.set("columns", &columns.join(","))?;
     }
+    if let Some(name) = &message.name {
+        request.set("name", name)?;
+    }
     for (name, value) in message.parameters.iter().flat_map(pairs) {
         request.set(name, &value)?;
     }

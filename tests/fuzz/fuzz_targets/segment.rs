@@ -105,7 +105,7 @@ fn parameters(bytes: &mut Bytes) -> Parameters {
                 format!("{},{},{}", bytes.small(), bytes.small(), bytes.small())
             }
             // of files, not of methods
-            ParameterKind::Columns { .. } => continue,
+            ParameterKind::Columns { .. } | ParameterKind::Text { .. } => continue,
         };
         // what is refused stays as it was
         let _ = parameters.set(spec.name, &value);
