@@ -12,5 +12,6 @@ use crate::fit::constant::Adjustable;
 
 /// Every number that is decided with here.
 pub fn constants() -> impl Iterator<Item = &'static dyn Adjustable> {
-    relations::TABLES.iter().copied().flatten().copied()
+    let tables = relations::TABLES.iter().chain(brep::TABLES).chain(step::TABLES);
+    tables.copied().flatten().copied()
 }

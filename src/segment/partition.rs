@@ -41,6 +41,12 @@ pub struct Partition {
 }
 
 impl Partition {
+    /// No surfaces in a scene of `points`, after the trials and merges of another partition of it.
+    pub fn of_none(points: usize, before: Self) -> Self {
+        let Self { trials, merges, .. } = before;
+        Self { labels: vec![-1; points], trials, merges, ..Self::default() }
+    }
+
     /// Whether a label is a surface's that is reported as one.
     pub fn is_surface(&self, label: i32) -> bool {
         label >= 0 && !self.spurious.get(label as usize).is_some_and(|s| *s)

@@ -46,6 +46,9 @@ const STRUCTURAL: &[(&str, &str)] = &[
     ("IMPLIED", "rounding"),
     ("CURVED", "rounding"),
     ("EXACT", "rounding"),
+    ("OWN", "a mark"),
+    ("STEPS", "points of a sum that stands for an integral"),
+    ("MARGIN", "room around a patch's points"),
 ];
 
 fn constants() -> impl Iterator<Item = &'static dyn Adjustable> {

@@ -7,19 +7,21 @@
 use super::corner::Cut;
 use super::joint::Joint;
 use super::part::Part;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Stretches shorter than this many spacings are hardly told by points.
-const SHORT: f64 = 2.0;
-/// A free end lies where points stop, if they go on for this many spacings.
-const TAIL: f64 = 3.0;
-
-/// Spacings on either side of a stretch within which a region's points tell whether it goes on.
-const BESIDE: f64 = 2.0;
-/// It does where the fewer are more than this share of the others.
-const BOTH: f64 = 0.4;
-/// So many points tell it.
-const LEAST: f64 = 10.0;
+constants! {
+    /// Stretches shorter than this many spacings are hardly told by points.
+    SHORT: f64 = 2.0, Trial(2.0, 2.0);
+    /// A free end lies where points stop, if they go on for this many spacings.
+    TAIL: f64 = 3.0, Trial(3.0, 3.0);
+    /// Spacings on either side of a stretch within which a region's points tell whether it goes on.
+    BESIDE: f64 = 2.0, Trial(2.0, 2.0);
+    /// It does where the fewer are more than this share of the others.
+    BOTH: f64 = 0.4, Trial(0.4, 0.4);
+    /// So many points tell it.
+    LEAST: f64 = 10.0, Trial(10.0, 10.0);
+}
 
 /// A stretch of a joint's curve.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +85,7 @@ pub fn arcs(part: &Part, joints: &[Joint], cuts: &[Vec<Cut>], places: &mut Vec<V
                 let (Some(&from), Some(&to)) = (joint.votes.first(), joint.votes.last()) else {
                     continue;
                 };
-                if to - from > 2.0 * TAIL * part.usual {
+                if to - from > 2.0 * TAIL.get() * part.usual {
                     let (from, to) =
                         (last_point(part, joint, from, -1.0), last_point(part, joint, to, 1.0));
                     let ends = [free(from), free(to)];
@@ -100,7 +102,7 @@ fn tail(part: &Part, joint: &Joint, from: f64, sign: f64) -> Option<f64> {
     let beyond = joint.votes.iter().filter(|t| (*t - from) * sign > 0.0);
     let end = beyond.map(|t| t * sign).fold(f64::NEG_INFINITY, f64::max) * sign;
     let length = (end - from) * sign;
-    let least = TAIL * part.usual + part.smooth.get(&joint.pair).copied().unwrap_or(0.0);
+    let least = TAIL.get() * part.usual + part.smooth.get(&joint.pair).copied().unwrap_or(0.0);
     let goes_on = length.is_finite()
         && length > least
         && score(part, joint, [from.min(end), from.max(end)]).0 > 0.0;
@@ -148,7 +150,7 @@ fn score(part: &Part, joint: &Joint, span: [f64; 2]) -> (f64, [bool; 2]) {
     }
     let hits = hit.iter().filter(|h| **h).count() as f64;
     let score = hits - 1.5 * (bins as f64 - hits);
-    let sure = (length / (SHORT * spacing)).min(1.0);
+    let sure = (length / (SHORT.get() * spacing)).min(1.0);
     let bounds = joint.pair.map(|r| joint.smooth || !goes_on(part, joint, span, r));
     match bounds {
         [false, false] => (-score.abs() * sure, [true; 2]),
@@ -159,7 +161,7 @@ fn score(part: &Part, joint: &Joint, span: [f64; 2]) -> (f64, [bool; 2]) {
 /// Whether a region's points lie on both sides of a stretch alike: then it goes on beyond, and is not bounded there.
 fn goes_on(part: &Part, joint: &Joint, span: [f64; 2], region: usize) -> bool {
     let Some(sheet) = part.sheets[region].as_ref() else { return false };
-    let radius = BESIDE * part.spacing[region];
+    let radius = BESIDE.get() * part.spacing[region];
     let places = ((span[1] - span[0]) / radius).ceil().clamp(3.0, 40.0) as usize;
     let step = (span[1] - span[0]) / places as f64;
     let mut sides = [0.0f64; 2];
@@ -177,5 +179,6 @@ fn goes_on(part: &Part, joint: &Joint, span: [f64; 2], region: usize) -> bool {
             true
         });
     }
-    sides[0].min(sides[1]) > BOTH * sides[0].max(sides[1]) && sides[0] + sides[1] > LEAST
+    sides[0].min(sides[1]) > BOTH.get() * sides[0].max(sides[1])
+        && sides[0] + sides[1] > LEAST.get()
 }

@@ -9,18 +9,21 @@ use super::measure::measure;
 use super::outline::{Outline, outline};
 use super::part::Part;
 use super::sheet::Sheet;
+use crate::fit::constant::constants;
 use crate::geometry::{Surface, Vec3};
 
-/// Points that tell a region's outline, at most.
-const OUTLINED: usize = 60_000;
-/// Share of the points that must lie within a region's faces.
-const INSIDE: f64 = 0.9;
-/// The same where a border is a smooth joint: labels beside it may be off by its resolution.
-const INSIDE_SMOOTH: f64 = 0.7;
-/// Points that are asked for that.
-const ASKED: usize = 400;
-/// Share by which the area of a region's faces may differ from that of its cells, beside half a cell along its border.
-const LIKE: f64 = 0.3;
+constants! {
+    /// Points that tell a region's outline, at most.
+    OUTLINED: usize = 60_000, Effort("work of the boundary representation");
+    /// Share of the points that must lie within a region's faces.
+    INSIDE: f64 = 0.9, Trial(0.9, 0.9);
+    /// The same where a border is a smooth joint: labels beside it may be off by its resolution.
+    INSIDE_SMOOTH: f64 = 0.7, Trial(0.7, 0.7);
+    /// Points that are asked for that.
+    ASKED: usize = 400, Effort("work of the boundary representation");
+    /// Share by which the area of a region's faces may differ from that of its cells, beside half a cell along its border.
+    LIKE: f64 = 0.3, Trial(0.3, 0.3);
+}
 
 /// What one region adds: faces, and edges and vertices of their own, counted from [`OWN`] on.
 pub struct Bounded {
@@ -56,7 +59,7 @@ pub struct Draft<'a> {
 pub fn bounded(part: &Part, edges: &[Edge], shared: &[Vec3], region: usize) -> Option<Bounded> {
     let sheet = part.sheets[region].as_ref()?;
     let points = &part.points[region];
-    let stride = points.len().div_ceil(OUTLINED).max(1);
+    let stride = points.len().div_ceil(OUTLINED.get()).max(1);
     let few: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
     let outline = outline(sheet, &few, part.spacing[region] * (stride as f64).sqrt())?;
     let draft = || Draft {
@@ -171,7 +174,7 @@ impl Draft<'_> {
     /// Whether the region's points lie within its faces.
     fn check_points(&self, faces: &[Face]) -> Result<(), &'static str> {
         let points = &self.part.points[self.region];
-        let stride = points.len().div_ceil(ASKED).max(1);
+        let stride = points.len().div_ceil(ASKED.get()).max(1);
         let (mut inside, mut all) = (0usize, 0usize);
         for p in points.iter().step_by(stride) {
             let c = self.sheet.chart(p);
@@ -179,7 +182,7 @@ impl Draft<'_> {
             inside += usize::from(faces.iter().any(|f| f.holds(self.sheet, &c)));
         }
         let smooth = self.part.smooth.keys().any(|pair| pair.contains(&self.region));
-        let share = if smooth { INSIDE_SMOOTH } else { INSIDE };
+        let share = if smooth { INSIDE_SMOOTH.get() } else { INSIDE.get() };
         if (inside as f64) < share * all as f64 {
             return Err("its points do not lie within its borders");
         }
@@ -198,7 +201,7 @@ impl Draft<'_> {
         }
         let [a, b] = self.outline.cell;
         let length: usize = self.outline.loops.iter().map(|l| l.places.len()).sum();
-        let most = LIKE * self.outline.area + 0.5 * length as f64 * a * b;
+        let most = LIKE.get() * self.outline.area + 0.5 * length as f64 * a * b;
         if like && (sum - self.outline.area).abs() > most {
             return Err("its area is not that of its points");
         }

@@ -5,10 +5,14 @@ use super::chain::Chain;
 use super::edge::Use;
 use super::free::between;
 use super::sheet::Uv;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// A chain's end lies within this many cells of the outline.
-const NEAR: f64 = 6.0;
+constants! {
+    /// A chain's end lies within this many cells of the outline.
+    NEAR: f64 = 6.0, Trial(6.0, 6.0);
+}
+
 /// Why chains do not close.
 const GAP: &str = "its border has a gap";
 
@@ -122,7 +126,7 @@ impl Draft<'_> {
             .iter()
             .filter(|(pair, _)| pair.contains(&self.region))
             .map(|(_, r)| *r);
-        let reach = NEAR + smooth.fold(0.0, f64::max) / cell;
+        let reach = NEAR.get() + smooth.fold(0.0, f64::max) / cell;
         (best.0 <= reach).then_some(best.1)
     }
 }

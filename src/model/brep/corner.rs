@@ -8,10 +8,13 @@ use super::curve::meet_three;
 use super::joint::{Joint, LONGER};
 use super::part::Part;
 use super::sheet::Sheet;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Corners nearer to each other than this share of the spacing are one: the points cannot tell them apart.
-const APART: f64 = 1.0 / 3.0;
+constants! {
+    /// Corners nearer to each other than this share of the spacing are one: the points cannot tell them apart.
+    APART: f64 = 1.0 / 3.0, Trial(1.0 / 3.0, 1.0 / 3.0);
+}
 
 /// A place on a joint's curve where a third surface cuts it.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +36,7 @@ pub fn corners(part: &Part, joints: &[Joint]) -> (Vec<Vec<Cut>>, Vec<Vec3>) {
     let found: Vec<Vec<(f64, Vec3)>> =
         joints.par_iter().map(|joint| of_joint(part, joints, &of_pair, joint)).collect();
     let places: Vec<Vec3> = found.iter().flatten().map(|f| f.1).collect();
-    let (group, middles) = clusters(&places, APART * part.usual);
+    let (group, middles) = clusters(&places, APART.get() * part.usual);
     let mut next = 0;
     let cuts = found.iter().zip(joints).map(|(found, joint)| {
         let mut cuts: Vec<Cut> = found
@@ -45,7 +48,7 @@ pub fn corners(part: &Part, joints: &[Joint]) -> (Vec<Vec<Cut>>, Vec<Vec3>) {
             .collect();
         cuts.sort_by(|a, b| a.at.total_cmp(&b.at));
         // One corner that several surfaces tell is one cut.
-        let near = 3.0 * APART * part.usual;
+        let near = 3.0 * APART.get() * part.usual;
         cuts.dedup_by(|b, a| a.corner == b.corner && b.at - a.at < near);
         if joint.curve.closed && cuts.len() > 1 {
             let (first, last) = (cuts[0], cuts[cuts.len() - 1]);
@@ -73,7 +76,7 @@ fn of_joint(
         .iter()
         .map(|x| {
             let mut labels = Vec::new();
-            part.near.within(x, LONGER * reach, |_, _, l| {
+            part.near.within(x, LONGER.get() * reach, |_, _, l| {
                 if !joint.pair.contains(&(l as usize)) && !labels.contains(&l) {
                     labels.push(l);
                 }

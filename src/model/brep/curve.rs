@@ -4,17 +4,20 @@ use nalgebra::Matrix2;
 
 use super::form::{Form, form};
 use super::sheet::Sheet;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Turn of the tangent from one point to the next, in radians: with 0.1 a cubic through them leaves a circle by 3e-7 of its
-/// radius.
-const TURN: f64 = 0.1;
-/// Steps of Newton's method.
-const NEWTON: usize = 20;
-/// Points of one curve, at most.
-const MOST: usize = 20_000;
-/// The sine of the angle between two surfaces below which they have no line in common that is worth the name.
-pub const LEAST_SINE: f64 = 0.02;
+constants! {
+    /// Turn of the tangent from one point to the next, in radians: with 0.1 a cubic through them leaves a circle by 3e-7 of its
+    /// radius.
+    TURN: f64 = 0.1, Trial(0.1, 0.1);
+    /// Steps of Newton's method.
+    NEWTON: usize = 20, Effort("work of the boundary representation");
+    /// Points of one curve, at most.
+    MOST: usize = 20_000, Effort("work of the boundary representation");
+    /// The sine of the angle between two surfaces below which they have no line in common that is worth the name.
+    pub LEAST_SINE: f64 = 0.02, Trial(0.02, 0.02);
+}
 
 /// A curve on two surfaces.
 #[derive(Clone, Debug)]
@@ -34,7 +37,7 @@ pub struct Curve {
 /// The place on both surfaces nearest to `x`; none where they do not meet there.
 pub fn meet(f: &Sheet, g: &Sheet, x: &Vec3) -> Option<Vec3> {
     let mut x = *x;
-    for _ in 0..NEWTON {
+    for _ in 0..NEWTON.get() {
         let ((a, n), (b, m)) = (f.offset(&x), g.offset(&x));
         let c = n.dot(&m);
         let inverse = Matrix2::new(1.0, c, c, 1.0).try_inverse()?;
@@ -52,7 +55,7 @@ pub fn meet(f: &Sheet, g: &Sheet, x: &Vec3) -> Option<Vec3> {
 /// The place on all three surfaces nearest to `x`; none where they do not meet there.
 pub fn meet_three(sheets: [&Sheet; 3], x: &Vec3) -> Option<Vec3> {
     let mut x = *x;
-    for _ in 0..NEWTON {
+    for _ in 0..NEWTON.get() {
         let o = sheets.map(|s| s.offset(&x));
         let rows = nalgebra::Matrix3::from_rows(&[
             o[0].1.transpose(),
@@ -73,7 +76,7 @@ pub fn meet_three(sheets: [&Sheet; 3], x: &Vec3) -> Option<Vec3> {
 fn tangent(f: &Sheet, g: &Sheet, x: &Vec3) -> Option<Vec3> {
     let t = f.normal(x).cross(&g.normal(x));
     let sine = t.norm();
-    (sine > LEAST_SINE).then(|| t / sine)
+    (sine > LEAST_SINE.get()).then(|| t / sine)
 }
 
 impl Curve {
@@ -108,7 +111,7 @@ impl Curve {
         Self { sheets, points, lengths, closed, form }
     }
 
-    /// The closed circle or the like about the axis of `f` that `g` cuts out, by steps that turn by no more than [`TURN`].
+    /// The closed circle or the like about the axis of `f` that `g` cuts out, by steps that turn by no more than [`TURN.get()`].
     pub fn length(&self) -> f64 {
         self.lengths[self.lengths.len() - 1]
     }
@@ -181,7 +184,7 @@ fn half(
     let mut points = vec![start];
     let Some(first) = tangent(f, g, &start).map(|t| t * sign) else { return (points, false) };
     let (mut x, mut d, mut h, mut side) = (start, first, most, sign);
-    while points.len() < MOST {
+    while points.len() < MOST.get() {
         let Some((y, e, turned)) = step(f, g, &x, &d, h, side) else {
             h /= 2.0;
             if h < 1e-4 * most {
@@ -189,8 +192,8 @@ fn half(
             }
             continue;
         };
-        if turned > TURN && h > 1e-3 * most {
-            h = (h * (TURN / turned).max(0.3)).max(1e-3 * most) * 0.99;
+        if turned > TURN.get() && h > 1e-3 * most {
+            h = (h * (TURN.get() / turned).max(0.3)).max(1e-3 * most) * 0.99;
             continue;
         }
         let on = (start - x).dot(&d);
@@ -211,7 +214,7 @@ fn half(
         points.push(y);
         side = f.normal(&y).cross(&g.normal(&y)).dot(&e).signum();
         (x, d) = (y, e);
-        h = (h * (0.8 * TURN / turned.max(1e-9)).clamp(0.5, 1.5)).min(most);
+        h = (h * (0.8 * TURN.get() / turned.max(1e-9)).clamp(0.5, 1.5)).min(most);
     }
     (points, false)
 }

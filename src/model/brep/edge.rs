@@ -7,13 +7,15 @@ use super::curve::Curve;
 use super::joint::Joint;
 use super::part::Part;
 use super::sheet::Sheet;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Places along an edge at which the points beside it are asked on which side a face lies.
-const ASKED: usize = 24;
-
-/// So many points beside an edge tell it.
-const TOLD: usize = 6;
+constants! {
+    /// Places along an edge at which the points beside it are asked on which side a face lies.
+    ASKED: usize = 24, Effort("work of the boundary representation");
+    /// So many points beside an edge tell it.
+    TOLD: usize = 6, Effort("work of the boundary representation");
+}
 
 /// A piece of a curve between two vertices.
 #[derive(Clone, Debug)]
@@ -76,10 +78,10 @@ impl Edge {
     /// outside of `sheet`.
     pub fn has_left(&self, part: &Part, region: usize, sheet: &Sheet) -> bool {
         let radius = part.reach([self.regions[0], *self.regions.last().unwrap_or(&0)]);
-        let step = (self.span[1] - self.span[0]) / ASKED as f64;
+        let step = (self.span[1] - self.span[0]) / ASKED.get() as f64;
         // Points beside the edge, and those beyond its ends too.
         let (mut beside, mut around) = ([0usize; 2], [0usize; 2]);
-        for k in 0..ASKED {
+        for k in 0..ASKED.get() {
             let t = self.span[0] + step * (k as f64 + 0.5);
             let (x, along) = (self.curve.at(t), self.curve.tangent(t));
             let left = sheet.normal(&x).cross(&along);
@@ -93,7 +95,7 @@ impl Edge {
                 true
             });
         }
-        let told = if beside[0] + beside[1] < TOLD { around } else { beside };
+        let told = if beside[0] + beside[1] < TOLD.get() { around } else { beside };
         told[1] > told[0]
     }
 

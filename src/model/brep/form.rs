@@ -1,14 +1,17 @@
 //! Which curve two surfaces share: a straight line, an ellipse, or one without a name.
 
+use crate::fit::constant::constants;
 use crate::geometry::{Mat3, Surface, Vec3};
 
 use super::sheet::Sheet;
 
-/// Relative difference of an ellipse's axes below which it is written as a circle.
-const ROUND: f64 = 1e-10;
-/// Axes of an ellipse up to this many times each other are written as one: beyond, it is a line for all purposes, and its
-/// centre far away.
-const LONG: f64 = 1e3;
+constants! {
+    /// Relative difference of an ellipse's axes below which it is written as a circle.
+    ROUND: f64 = 1e-10, Trial(1e-10, 1e-10);
+    /// Axes of an ellipse up to this many times each other are written as one: beyond, it is a line for all purposes, and its
+    /// centre far away.
+    LONG: f64 = 1e3, Trial(1e3, 1e3);
+}
 
 /// The kind of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,13 +84,13 @@ fn section(point: Vec3, normal: Vec3, of: &Sheet) -> Form {
     let first = uu * cos * cos + 2.0 * uv * sin * cos + vv * sin * sin;
     let second = uu + vv - first;
     let (a, b) = ((level / first).sqrt(), (level / second).sqrt());
-    if !(a.is_finite() && b.is_finite() && a > 0.0 && b > 0.0 && a.max(b) < LONG * a.min(b)) {
+    if !(a.is_finite() && b.is_finite() && a > 0.0 && b > 0.0 && a.max(b) < LONG.get() * a.min(b)) {
         return Form::Free;
     }
     let center = x0 + u * s + v * t;
     let (e, f) = (u * cos + v * sin, v * cos - u * sin);
     let (axes, semi_axes) = if a >= b { ([e, f], [a, b]) } else { ([f, -e], [b, a]) };
-    let round = semi_axes[0] - semi_axes[1] < ROUND * semi_axes[0];
+    let round = semi_axes[0] - semi_axes[1] < ROUND.get() * semi_axes[0];
     let semi_axes = if round { [(a + b) / 2.0; 2] } else { semi_axes };
     Form::Ellipse { center, axes, semi_axes }
 }

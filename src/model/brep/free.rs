@@ -3,16 +3,19 @@
 use super::curve::{Curve, meet};
 use super::outline::Loop;
 use super::sheet::{Sheet, Uv};
+use crate::fit::constant::constants;
 use crate::geometry::{Surface, Vec3};
 
-/// How far a border may leave the outline, in cells: the outline's own scatter.
-const SIMPLER: f64 = 1.0;
-/// A side is along a parameter where the other changes by no more than this share of it.
-const ALONG: f64 = 0.2;
-/// An edge's greatest turn about an axis, in radians: its plane is chosen by its middle.
-const MOST_TURN: f64 = 1.0;
-/// A line around the axis lies at one height where the outline scatters by no more than this many cells.
-const LEVEL: f64 = 4.0;
+constants! {
+    /// How far a border may leave the outline, in cells: the outline's own scatter.
+    SIMPLER: f64 = 1.0, Trial(1.0, 1.0);
+    /// A side is along a parameter where the other changes by no more than this share of it.
+    ALONG: f64 = 0.2, Trial(0.2, 0.2);
+    /// An edge's greatest turn about an axis, in radians: its plane is chosen by its middle.
+    MOST_TURN: f64 = 1.0, Trial(1.0, 1.0);
+    /// A line around the axis lies at one height where the outline scatters by no more than this many cells.
+    LEVEL: f64 = 4.0, Trial(4.0, 4.0);
+}
 
 /// One free edge: its curve, from its first point to its last.
 pub struct Piece {
@@ -70,7 +73,7 @@ fn level(sheet: &Sheet, line: &Loop, cell: Uv) -> Option<Piece> {
     let heights = || line.places.iter().map(|p| p[1 - k]);
     let (low, high) =
         heights().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
-    if high - low > LEVEL * cell[1 - k] {
+    if high - low > LEVEL.get() * cell[1 - k] {
         return None;
     }
     let mean = heights().sum::<f64>() / line.places.len() as f64;
@@ -125,7 +128,7 @@ fn winding(sheet: &Sheet, line: &Loop, cell: Uv) -> Option<Vec<Piece>> {
     pieces(sheet, &corners, None)
 }
 
-/// The places of an open line that a polygon within `SIMPLER` cells of it needs (Douglas and Peucker 1973).
+/// The places of an open line that a polygon within `SIMPLER.get()` cells of it needs (Douglas and Peucker 1973).
 fn simplified(line: &[Uv], cell: Uv) -> Vec<usize> {
     let p = |k: usize| [line[k][0] / cell[0], line[k][1] / cell[1]];
     let mut kept = vec![false; line.len()];
@@ -142,7 +145,7 @@ fn simplified(line: &[Uv], cell: Uv) -> Vec<usize> {
             if length > 1e-9 { (x * dy - y * dx).abs() / length } else { x.hypot(y) }
         };
         let worst = (from + 1..to).max_by(|&i, &j| off(i).total_cmp(&off(j)));
-        if let Some(w) = worst.filter(|&w| off(w) > SIMPLER) {
+        if let Some(w) = worst.filter(|&w| off(w) > SIMPLER.get()) {
             kept[w] = true;
             spans.extend([(from, w), (w, to)]);
         }
@@ -162,9 +165,9 @@ fn straightened(sheet: &Sheet, line: &[Uv], kept: &[usize], cell: Uv, fixed: boo
     let side = |s: usize| -> Option<(usize, f64)> {
         let (a, b) = (line[kept[s]], line[kept[s + 1]]);
         let (du, dv) = ((b[0] - a[0]).abs() / cell[0], (b[1] - a[1]).abs() / cell[1]);
-        let k = if dv <= ALONG * du {
+        let k = if dv <= ALONG.get() * du {
             1
-        } else if du <= ALONG * dv {
+        } else if du <= ALONG.get() * dv {
             0
         } else {
             return None;
@@ -213,7 +216,7 @@ fn pieces(sheet: &Sheet, corners: &[Uv], ends: Option<[Vec3; 2]>) -> Option<Vec<
             Surface::Sphere(_) | Surface::Ellipsoid(_) => length / sheet.scale[0],
             _ => turn.fold(0.0, f64::max),
         };
-        let parts = (round / MOST_TURN).ceil().max(1.0) as usize;
+        let parts = (round / MOST_TURN.get()).ceil().max(1.0) as usize;
         for k in 0..parts {
             let t = k as f64 / parts as f64;
             stops.push([

@@ -3,14 +3,17 @@
 use super::bound::Draft;
 use super::edge::Use;
 use super::outline::{Loop, twice_area};
+use crate::fit::constant::constants;
 use crate::geometry::{Surface, Vec3};
 
-/// Holes smaller than this many cells are gaps between points.
-const LEAST_HOLE: f64 = 12.0;
-/// The rim of a ball's chart is within this many cells of the far end where there is no border.
-const FAR: f64 = 8.0;
-/// A cone has its apex, and a ball its far end, where there are points within this many spacings.
-const APEX: f64 = 2.5;
+constants! {
+    /// Holes smaller than this many cells are gaps between points.
+    LEAST_HOLE: f64 = 12.0, Trial(12.0, 12.0);
+    /// The rim of a ball's chart is within this many cells of the far end where there is no border.
+    FAR: f64 = 8.0, Trial(8.0, 8.0);
+    /// A cone has its apex, and a ball its far end, where there are points within this many spacings.
+    APEX: f64 = 2.5, Trial(2.5, 2.5);
+}
 
 impl Draft<'_> {
     /// Whether a loop of the outline is one on which no shared edge lies, and not just a gap between points.
@@ -18,7 +21,7 @@ impl Draft<'_> {
         let [a, b] = self.outline.cell;
         let area = twice_area(&line.places) / 2.0;
         if line.turns == [0, 0] {
-            if area < 0.0 && -area < LEAST_HOLE * a * b {
+            if area < 0.0 && -area < LEAST_HOLE.get() * a * b {
                 return false;
             }
             if area > 0.0 && self.is_far_end(line) {
@@ -57,8 +60,8 @@ impl Draft<'_> {
             return false;
         };
         let far = self.sheet.at([2.0 * self.sheet.scale[0], 0.0]);
-        let near = APEX * self.part.spacing[self.region];
-        let most = FAR * self.outline.cell[0];
+        let near = APEX.get() * self.part.spacing[self.region];
+        let most = FAR.get() * self.outline.cell[0];
         self.part.points[self.region].iter().any(|p| (p - far).norm() < near)
             && line.places.iter().all(|c| (self.sheet.at(*c) - far).norm() < most)
     }
@@ -70,7 +73,8 @@ impl Draft<'_> {
         let lowest = |line: &Loop| line.places.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
         let nearest = self.part.points[self.region].iter().map(|p| self.sheet.parameters(p)[1]);
         line.turns[0] > 0
-            && nearest.fold(f64::INFINITY, f64::min) * sin < APEX * self.part.spacing[self.region]
+            && nearest.fold(f64::INFINITY, f64::min) * sin
+                < APEX.get() * self.part.spacing[self.region]
             && self.outline.loops.iter().all(|l| lowest(l) >= lowest(line))
     }
 }

@@ -6,22 +6,25 @@ use super::curve::{Curve, LEAST_SINE, meet};
 use super::part::Part;
 use super::sheet::Sheet;
 use super::smooth::across;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Points of two regions within this many spacings are neighbours.
-const NEIGHBOURS: f64 = 2.5;
-/// Neighbouring pairs of two regions that are looked at, at most.
-const MOST_PAIRS: usize = 2000;
-/// The sine of the angle between two surfaces below which they may run into each other smoothly: 6 degrees.
-const SMOOTH_SINE: f64 = 0.1;
-/// Pairs that tell a curve, at least.
-const LEAST_PAIRS: usize = 2;
-/// A curve goes on this many times as far from the points as the joint does: to the corner in which it ends.
-pub const LONGER: f64 = 2.0;
-/// A closed curve shorter than this many spacings is where surfaces graze each other.
-const DOT: f64 = 4.0;
-/// Step along a curve in spacings.
-const STEP: f64 = 1.0;
+constants! {
+    /// Points of two regions within this many spacings are neighbours.
+    NEIGHBOURS: f64 = 2.5, Trial(2.5, 2.5);
+    /// Neighbouring pairs of two regions that are looked at, at most.
+    MOST_PAIRS: usize = 2000, Effort("work of the boundary representation");
+    /// The sine of the angle between two surfaces below which they may run into each other smoothly: 6 degrees.
+    SMOOTH_SINE: f64 = 0.1, Trial(0.1, 0.1);
+    /// Pairs that tell a curve, at least.
+    LEAST_PAIRS: usize = 2, Effort("work of the boundary representation");
+    /// A curve goes on this many times as far from the points as the joint does: to the corner in which it ends.
+    pub LONGER: f64 = 2.0, Trial(2.0, 2.0);
+    /// A closed curve shorter than this many spacings is where surfaces graze each other.
+    DOT: f64 = 4.0, Trial(4.0, 4.0);
+    /// Step along a curve in spacings.
+    STEP: f64 = 1.0, Trial(1.0, 1.0);
+}
 
 /// A curve along which two regions may meet.
 pub struct Joint {
@@ -37,7 +40,7 @@ pub struct Joint {
 
 /// Middles between neighbouring points of two regions, by the regions.
 fn borders(part: &Part) -> Vec<([usize; 2], Vec<Vec3>)> {
-    let radius = NEIGHBOURS * part.usual;
+    let radius = NEIGHBOURS.get() * part.usual;
     let found = part.near.entries().par_iter().with_min_len(1024).flat_map_iter(|(p, label)| {
         let mut nearest: Vec<(u32, f64, Vec3)> = Vec::new();
         part.near.within(p, radius, |sq, q, l| {
@@ -58,7 +61,7 @@ fn borders(part: &Part) -> Vec<([usize; 2], Vec<Vec3>)> {
     let mut all: Vec<([usize; 2], Vec3)> = found.collect();
     all.sort_by_key(|a| a.0);
     let group = |run: &[([usize; 2], Vec3)]| {
-        let stride = run.len().div_ceil(MOST_PAIRS).max(1);
+        let stride = run.len().div_ceil(MOST_PAIRS.get()).max(1);
         (run[0].0, run.iter().step_by(stride).map(|r| r.1).collect())
     };
     all.chunk_by(|a, b| a.0 == b.0).map(group).collect()
@@ -78,15 +81,16 @@ fn of_pair(part: &Part, pair: [usize; 2], middles: &[Vec3]) -> Vec<Joint> {
     let mut left: Vec<Vec3> = middles.to_vec();
     let mut out = Vec::new();
     let mut tries = 0;
-    while left.len() >= LEAST_PAIRS && tries < 200 {
+    while left.len() >= LEAST_PAIRS.get() && tries < 200 {
         tries += 1;
         let seed = left[left.len() / 2];
         let Some((sheets, start, smooth)) = meeting(part, pair, a, b, &seed, reach) else {
             left.swap_remove(left.len() / 2);
             continue;
         };
-        let beside = |x: &Vec3| pair.iter().all(|&r| part.near.has(x, LONGER * reach, r as u32));
-        let step = STEP * part.usual.max(1e-12);
+        let beside =
+            |x: &Vec3| pair.iter().all(|&r| part.near.has(x, LONGER.get() * reach, r as u32));
+        let step = STEP.get() * part.usual.max(1e-12);
         let Some(curve) = Curve::through(&sheets[0], &sheets[1], start, step, beside) else {
             left.swap_remove(left.len() / 2);
             continue;
@@ -110,8 +114,8 @@ fn of_pair(part: &Part, pair: [usize; 2], middles: &[Vec3]) -> Vec<Joint> {
             let middle = left.len() / 2;
             left.swap_remove(middle);
         }
-        let is_dot = curve.closed && curve.length() < DOT * part.usual;
-        if told >= LEAST_PAIRS && !is_dot {
+        let is_dot = curve.closed && curve.length() < DOT.get() * part.usual;
+        if told >= LEAST_PAIRS.get() && !is_dot {
             votes.sort_by(f64::total_cmp);
             out.push(Joint { pair, curve, votes, smooth });
         }
@@ -143,7 +147,8 @@ fn meeting(
     let told = part.smooth.contains_key(&pair);
     let sine = |x: &Vec3| a.normal(x).cross(&b.normal(x)).norm();
     let crossing = meet(a, b, seed).filter(|x| (x - seed).norm() <= reach);
-    let sharp = crossing.filter(|x| sine(x) > if told { 2.0 * SMOOTH_SINE } else { SMOOTH_SINE });
+    let sharp = crossing
+        .filter(|x| sine(x) > if told { 2.0 * SMOOTH_SINE.get() } else { SMOOTH_SINE.get() });
     if let Some(x) = sharp {
         return Some(([*a, *b], x, false));
     }
@@ -152,10 +157,11 @@ fn meeting(
         // How far the surfaces miss each other there: their noise, or what a spacing's step makes of the angle.
         let gap = a.value(&x).abs().max(b.value(&x).abs());
         let most = (6.0 * part.noise).max(0.1 * part.usual);
-        (gap <= most && sine(&x) < SMOOTH_SINE).then_some(([f, g], x, true))
+        (gap <= most && sine(&x) < SMOOTH_SINE.get()).then_some(([f, g], x, true))
     });
-    touching
-        .or_else(|| crossing.filter(|x| sine(x) > 2.0 * LEAST_SINE).map(|x| ([*a, *b], x, false)))
+    touching.or_else(|| {
+        crossing.filter(|x| sine(x) > 2.0 * LEAST_SINE.get()).map(|x| ([*a, *b], x, false))
+    })
 }
 
 /// The joint of two regions through two places, and where these are along its curve.

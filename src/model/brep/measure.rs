@@ -7,12 +7,15 @@
 use super::edge::{Edges, Use};
 use super::face::Face;
 use super::sheet::Sheet;
+use crate::fit::constant::constants;
 use crate::geometry::{Surface, Vec3};
 
-/// Pieces into which the step between two points of an edge is cut: a circle's 0.1 radians become 0.0125.
-const FINER: usize = 8;
-/// Cells along an ellipsoid's chart.
-const CELLS: usize = 300;
+constants! {
+    /// Pieces into which the step between two points of an edge is cut: a circle's 0.1 radians become 0.0125.
+    FINER: usize = 8, Effort("work of the boundary representation");
+    /// Cells along an ellipsoid's chart.
+    CELLS: usize = 300, Effort("work of the boundary representation");
+}
 
 /// An area and the volume of the cone from the model's centre to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -96,8 +99,8 @@ pub fn line(edges: &Edges, uses: &[Use]) -> Vec<Vec3> {
         }
         let [f, g] = &edge.curve.sheets;
         for pair in points.windows(2) {
-            for k in 0..FINER {
-                let x = pair[0] + (pair[1] - pair[0]) * (k as f64 / FINER as f64);
+            for k in 0..FINER.get() {
+                let x = pair[0] + (pair[1] - pair[0]) * (k as f64 / FINER.get() as f64);
                 out.push(super::curve::meet(f, g, &x).unwrap_or(x));
             }
         }
@@ -140,10 +143,10 @@ fn solid_angle(sheet: &Sheet, lines: &[Vec<Vec3>], face: &Face) -> f64 {
 /// By cells of the chart.
 fn ellipsoid_area(sheet: &Sheet, face: &Face) -> f64 {
     let Surface::Ellipsoid(s) = &sheet.surface else { return 0.0 };
-    let cell = 4.0 * sheet.scale[0] / CELLS as f64;
+    let cell = 4.0 * sheet.scale[0] / CELLS.get() as f64;
     let mut sum = 0.0;
-    for i in 0..CELLS {
-        for j in 0..CELLS {
+    for i in 0..CELLS.get() {
+        for j in 0..CELLS.get() {
             let c = [i, j].map(|k| (k as f64 + 0.5) * cell - 2.0 * sheet.scale[0]);
             if c[0].hypot(c[1]) >= 2.0 * sheet.scale[0] || !face.holds(sheet, &c) {
                 continue;

@@ -5,14 +5,16 @@ use std::collections::BTreeMap;
 use super::arc::Arc;
 use super::joint::{Joint, through};
 use super::part::Part;
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// An edge that no points tell is at most this many spacings long.
-const LONGEST: f64 = 16.0;
-
-/// Two corners nearer than this many spacings at which the same lines end are one: four surfaces meet there in two corners by
-/// the error of their fits.
-const ONE: f64 = 1.5;
+constants! {
+    /// An edge that no points tell is at most this many spacings long.
+    LONGEST: f64 = 16.0, Trial(16.0, 16.0);
+    /// Two corners nearer than this many spacings at which the same lines end are one: four surfaces meet there in two corners by
+    /// the error of their fits.
+    ONE: f64 = 1.5, Trial(1.5, 1.5);
+}
 
 /// The regions that lack an edge in a corner.
 type Open = BTreeMap<usize, Vec<usize>>;
@@ -54,7 +56,7 @@ fn near_pairs(open: &Open, places: &[Vec3], most: f64) -> Vec<(f64, [usize; 2])>
 
 /// Makes one of two corners beside each other that lack edges of the same regions.
 fn join(part: &Part, arcs: &mut [Arc], open: &mut Open, places: &mut [Vec3]) {
-    for (_, [a, b]) in near_pairs(open, places, ONE * part.usual) {
+    for (_, [a, b]) in near_pairs(open, places, ONE.get() * part.usual) {
         if open[&a].is_empty() || open[&a] != open[&b] {
             continue;
         }
@@ -77,7 +79,7 @@ fn connect(
     open: &mut Open,
     places: &[Vec3],
 ) {
-    for (_, ends) in near_pairs(open, places, LONGEST * part.usual) {
+    for (_, ends) in near_pairs(open, places, LONGEST.get() * part.usual) {
         let common: Vec<usize> =
             open[&ends[0]].iter().filter(|r| open[&ends[1]].contains(r)).copied().collect();
         let pairs = common

@@ -23,3 +23,25 @@ pub mod settle;
 pub mod sheet;
 pub mod shell;
 pub mod smooth;
+
+use crate::fit::constant::Table;
+
+/// The numbers that are decided with, by file.
+pub(super) static TABLES: &[Table] = &[
+    arc::CONSTANTS,
+    bound::CONSTANTS,
+    closing::CONSTANTS,
+    corner::CONSTANTS,
+    curve::CONSTANTS,
+    edge::CONSTANTS,
+    form::CONSTANTS,
+    free::CONSTANTS,
+    gap::CONSTANTS,
+    joint::CONSTANTS,
+    measure::CONSTANTS,
+    mend::CONSTANTS,
+    outline::CONSTANTS,
+    part::CONSTANTS,
+    settle::CONSTANTS,
+    smooth::CONSTANTS,
+];

@@ -3,15 +3,18 @@
 use std::collections::BTreeMap;
 
 use super::sheet::{Sheet, Uv};
+use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 
-/// Side of a cell in spacings of the points: the fourth neighbour stands at the radius of a disc with four points, so about
-/// five fall into one.
-const CELL: f64 = 2.0;
-/// Cells along one parameter, at most.
-const MOST_CELLS: f64 = 1000.0;
-/// Loops of less than this many cells are noise.
-const LEAST_CELLS: f64 = 4.0;
+constants! {
+    /// Side of a cell in spacings of the points: the fourth neighbour stands at the radius of a disc with four points, so about
+    /// five fall into one.
+    CELL: f64 = 2.0, Derived("the fourth neighbour stands at the radius of a disc with four points, so about five fall into one");
+    /// Cells along one parameter, at most.
+    MOST_CELLS: f64 = 1000.0, Trial(1000.0, 1000.0);
+    /// Loops of less than this many cells are noise.
+    LEAST_CELLS: f64 = 4.0, Trial(4.0, 4.0);
+}
 
 /// A closed line in a chart, the points on its left.
 #[derive(Clone, Debug)]
@@ -49,8 +52,9 @@ impl Raster {
             std::array::from_fn(|k| places.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
         let period = [0, 1].map(|k| sheet.period(k));
         let extent: Uv = std::array::from_fn(|k| period[k].unwrap_or(high[k] - low[k]));
-        let wanted: Uv =
-            std::array::from_fn(|k| (CELL * spacing).max(extent[k] / MOST_CELLS).max(1e-300));
+        let wanted: Uv = std::array::from_fn(|k| {
+            (CELL.get() * spacing).max(extent[k] / MOST_CELLS.get()).max(1e-300)
+        });
         let mut out = Self {
             size: [0; 2],
             wraps: [period[0].is_some(), period[1].is_some()],
@@ -241,7 +245,8 @@ pub fn outline(sheet: &Sheet, points: &[Vec3], spacing: f64) -> Option<Outline> 
     let cell = raster.cell;
     let mut loops = raster.loops();
     loops.retain(|l| {
-        l.turns != [0, 0] || twice_area(&l.places).abs() > 2.0 * LEAST_CELLS * cell[0] * cell[1]
+        l.turns != [0, 0]
+            || twice_area(&l.places).abs() > 2.0 * LEAST_CELLS.get() * cell[0] * cell[1]
     });
     let area = raster.area(sheet);
     Some(Outline { loops, cell, area })

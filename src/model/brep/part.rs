@@ -7,18 +7,20 @@ use rayon::prelude::*;
 
 use super::near::Near;
 use super::sheet::Sheet;
+use crate::fit::constant::constants;
 use crate::geometry::{Surface, Vec3};
 use crate::segment::{Continuity, Region};
 
 /// Points of a region that tell its spacing, and those that they are compared with.
 const SPACED: (usize, usize) = (100, 5000);
-/// Gaps about an axis up to this many spacings are none.
-const GAP: f64 = 4.0;
-/// The largest such gap in radians, where a tube is hardly wider than the spacing.
-const MOST_GAP: f64 = 1.0;
-
-/// Labels beside a smooth joint are looked for this many spacings away at most, however far off they may be.
-const FUZZY: f64 = 8.0;
+constants! {
+    /// Gaps about an axis up to this many spacings are none.
+    GAP: f64 = 4.0, Trial(4.0, 4.0);
+    /// The largest such gap in radians, where a tube is hardly wider than the spacing.
+    MOST_GAP: f64 = 1.0, Trial(1.0, 1.0);
+    /// Labels beside a smooth joint are looked for this many spacings away at most, however far off they may be.
+    FUZZY: f64 = 8.0, Trial(8.0, 8.0);
+}
 
 /// A segmentation's regions and points.
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +100,7 @@ impl Part {
     pub fn reach(&self, pair: [usize; 2]) -> f64 {
         let spacing = self.spacing[pair[0]].max(self.spacing[pair[1]]).min(3.0 * self.usual);
         let fuzzy = self.smooth.get(&pair).copied().unwrap_or(0.0);
-        3.0 * spacing + fuzzy.min(FUZZY * self.usual)
+        3.0 * spacing + fuzzy.min(FUZZY.get() * self.usual)
     }
 }
 
@@ -182,7 +184,7 @@ fn charted(mut sheet: Sheet, points: &[Vec3], spacing: f64) -> Sheet {
             let angles = points.iter().map(|p| sheet.parameters(p)[k]);
             let (start, gap) = widest_gap(angles.collect());
             sheet.start[k] = start;
-            sheet.wraps[k] = gap <= (GAP * spacing / sheet.scale[k]).min(MOST_GAP);
+            sheet.wraps[k] = gap <= (GAP.get() * spacing / sheet.scale[k]).min(MOST_GAP.get());
         }
     }
     sheet

@@ -5,12 +5,16 @@ use std::collections::BTreeMap;
 use super::arc::Arc;
 use super::joint::Joint;
 
-/// What one corner with an odd number of a face's edges costs, in spacings of stretch with or without points.
-const ODD: f64 = 2.0;
-/// Rounds over all stretches at open corners, at most: nearly all that is found is found in the first.
-const ROUNDS: usize = 20;
-/// Less than this is no gain.
-const GAIN: f64 = 1e-9;
+use crate::fit::constant::constants;
+
+constants! {
+    /// What one corner with an odd number of a face's edges costs, in spacings of stretch with or without points.
+    ODD: f64 = 2.0, Trial(2.0, 2.0);
+    /// Rounds over all stretches at open corners, at most: nearly all that is found is found in the first.
+    ROUNDS: usize = 20, Effort("work of the boundary representation");
+    /// Less than this is no gain.
+    GAIN: f64 = 1e-9, Trial(1e-9, 1e-9);
+}
 
 /// Switches stretches at the least cost that changes of up to three stretches in a row find; every change that saves is made.
 /// `is_free` are the corners at which lines may end. Returns the corners, each with a region, at which one still does.
@@ -34,7 +38,7 @@ pub fn settle(
             state.toggle(k);
         }
     }
-    for _ in 0..ROUNDS {
+    for _ in 0..ROUNDS.get() {
         let mut changed = false;
         for k in state.beside_open_corners() {
             if let Some(best) = state.best_from(k) {
@@ -80,7 +84,7 @@ impl<F: Fn(usize) -> bool> State<'_, F> {
                 if !(self.is_free)(c) {
                     let odd = self.odd.entry((c, r)).or_insert(false);
                     *odd = !*odd;
-                    change += if *odd { ODD } else { -ODD };
+                    change += if *odd { ODD.get() } else { -ODD.get() };
                 }
             }
         }
@@ -106,9 +110,9 @@ impl<F: Fn(usize) -> bool> State<'_, F> {
 
     /// The change of one, two or three stretches in a row, from stretch `i` on, that saves most; none where none saves.
     fn best_from(&mut self, i: usize) -> Option<Vec<usize>> {
-        let mut best: (f64, Option<Vec<usize>>) = (-GAIN, None);
+        let mut best: (f64, Option<Vec<usize>>) = (-GAIN.get(), None);
         let mut take = |cost: f64, all: &[usize]| {
-            if cost < best.0 - GAIN {
+            if cost < best.0 - GAIN.get() {
                 best = (cost, Some(all.to_vec()));
             }
         };

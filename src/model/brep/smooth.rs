@@ -4,10 +4,13 @@
 //! where their distance is least: the intersection of the first with a surface at right angles to both.
 
 use super::sheet::Sheet;
+use crate::fit::constant::constants;
 use crate::geometry::{Cylinder, EllipticCylinder, Surface, Torus, Vec3};
 
-/// Sine of the angle up to which axes count as parallel or perpendicular here: what touches is so to its errors.
-const PARALLEL: f64 = 0.1;
+constants! {
+    /// Sine of the angle up to which axes count as parallel or perpendicular here: what touches is so to its errors.
+    PARALLEL: f64 = 0.1, Trial(0.1, 0.1);
+}
 
 /// The sheet on which the joint lies, and the one across it; `near` is a place of the joint. None where two surfaces of
 /// these kinds do not touch along a curve.
@@ -20,11 +23,11 @@ fn plane(point: Vec3, normal: Vec3) -> Option<Sheet> {
 }
 
 fn is_parallel(a: &Vec3, b: &Vec3) -> bool {
-    a.cross(b).norm() < PARALLEL
+    a.cross(b).norm() < PARALLEL.get()
 }
 
 fn is_perpendicular(a: &Vec3, b: &Vec3) -> bool {
-    a.dot(b).abs() < PARALLEL
+    a.dot(b).abs() < PARALLEL.get()
 }
 
 fn one_way(a: &Sheet, b: &Sheet, near: &Vec3) -> Option<[Sheet; 2]> {

@@ -6,7 +6,6 @@ use crate::geometry::Surface;
 use crate::model::brep::build::Model;
 use crate::segment::Region;
 
-use super::Bodies;
 use super::file::{Entities, Id, list, real, string};
 
 /// Distances up to this are nought to a reader, in millimetres: edges where surfaces run smoothly into each other leave either by
@@ -65,9 +64,19 @@ fn description(model: &Model, shell: usize) -> String {
     text
 }
 
+/// What was written for a part's shells.
+pub struct Written {
+    /// All entities.
+    pub out: Entities,
+    /// Each face with its region.
+    pub faces: Vec<(Id, usize)>,
+    /// Each shell's place in the model, and the item that stands for it.
+    pub items: Vec<(usize, Id)>,
+}
+
 /// The whole file.
 pub fn file(
-    mut bodies: Bodies,
+    mut bodies: Written,
     model: &Model,
     regions: &[Region],
     version: &str,

@@ -1,12 +1,15 @@
 //! Surfaces as STEP entities.
 
+use crate::fit::constant::constants;
 use crate::geometry::{Mat3, Surface, Vec3, perpendicular_frame};
 use crate::model::brep::sheet::Sheet;
 
 use super::file::{Entities, Id, list, real, reals};
 
-/// Cosine of the angle from the middle of a sphere's face up to which its border keeps away from poles at a right angle.
-const SMALL: f64 = 0.25;
+constants! {
+    /// Cosine of the angle from the middle of a sphere's face up to which its border keeps away from poles at a right angle.
+    SMALL: f64 = 0.25, Trial(0.25, 0.25);
+}
 
 /// A region's surface, with the parameters of the result; `sheet` tells where the points are, so that the place where the
 /// surface closes is away from them. `lines` are the points around the face,
@@ -71,7 +74,7 @@ pub fn surface(
 /// middle, not on its border.
 fn ball_axes(sheet: &Sheet, radius: f64, lines: &[Vec<Vec3>]) -> (Vec3, Vec3) {
     let (u, w) = (sheet.frame.column(0).into_owned(), sheet.frame.column(2).into_owned());
-    let is_small = |p: &Vec3| (p - sheet.origin).dot(&w) > SMALL * radius;
+    let is_small = |p: &Vec3| (p - sheet.origin).dot(&w) > SMALL.get() * radius;
     let all = !lines.is_empty() && lines.iter().flatten().all(is_small);
     if all { (u, -w) } else { (w, u) }
 }

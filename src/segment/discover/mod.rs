@@ -43,14 +43,14 @@ pub fn discover(
     parameters: &Parameters,
     monitor: &dyn Monitor,
 ) -> Result<Partition, Cancelled> {
-    let mut model = Partition { labels: vec![-1; scene.len()], ..Partition::default() };
+    let mut model = Partition::of_none(scene.len(), Partition::default());
     // Whether there is nothing but surfaces.
     let (mut all, mut left) = (true, Left::of(scene.len()));
     let (mut suspected, mut seen, mut pass) = (false, false, 0);
     while pass < PASSES.get() {
         // What is left beside surfaces with less noise than others is these others.
-        let rougher = pass > 0 && !all && families.common == 0.0;
-        if left.look(&model.labels) < families.policy.least || rougher {
+        let last = pass > 0 && !all && families.common == 0.0;
+        if last || left.look(&model.labels) < families.policy.least {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
@@ -73,9 +73,7 @@ pub fn discover(
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;
         if std::mem::take(&mut suspected) && form::is_seen(scene, &model, families.sigma) {
-            let Partition { trials, merges, .. } = model;
-            let labels = vec![-1; scene.len()];
-            model = Partition { labels, trials, merges, ..Partition::default() };
+            model = Partition::of_none(scene.len(), model);
             (left, seen) = (Left::of(scene.len()), true);
             continue;
         }

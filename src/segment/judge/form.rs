@@ -69,11 +69,13 @@ pub fn hypotheses(
     }
     // Where residuals go together, or next to nothing fits, what is found is not yet any surface's.
     let others: &[bool] = if common || open > HALF.get() { &[] } else { &taken };
-    let at = scatter(scene, families, seed, (others, dense), trials, monitor)?;
-    if !common && at.share <= most(families, dense) {
+    // Among surfaces that others are looked for beside, a share is easily won by chance.
+    let only = dense && others.is_empty();
+    let at = scatter(scene, families, seed, (others, only), trials, monitor)?;
+    if !common && at.share <= most(families, only) {
         return Ok(Looked::Found(found, true));
     }
-    if at.share <= most(families, dense) && !dense {
+    if at.share <= most(families, only) && !dense {
         return Ok(Looked::Doubtful);
     }
     // Far rougher ones are for later: what lies beside each other on the finer would be one to them.
@@ -87,7 +89,7 @@ pub fn hypotheses(
     families.common = at.common;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
     families.common = families.common.max(in_common(&found));
-    if at.share <= most(families, dense) {
+    if at.share <= most(families, only) {
         found = judged(scene, families, found);
     } else {
         let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
