@@ -23,7 +23,7 @@ pub struct Partition {
     pub labels: Vec<i32>,
     /// Which of the surfaces only compete for points; empty where none.
     pub spurious: Vec<bool>,
-    /// Whether there may be rougher surfaces beside these.
+    /// Whether there may be rougher surfaces, or none, beside these.
     pub rougher: bool,
     /// Points of the surfaces with the fewest, where most have too few for the sample to be worth settling.
     pub thin: Option<usize>,

@@ -11,9 +11,11 @@ use crate::fit::constant::constants;
 use crate::geometry::{Surface, Vec3};
 use crate::segment::{Continuity, Region};
 
-/// Points of a region that tell its spacing, and those that they are compared with.
-const SPACED: (usize, usize) = (100, 5000);
 constants! {
+    /// Points of a region that tell its spacing.
+    ASKED: usize = 100, Effort("points looked at");
+    /// Points that they are compared with.
+    COMPARED: usize = 5000, Effort("points looked at");
     /// Gaps about an axis up to this many spacings are none.
     GAP: f64 = 4.0, Trial(4.0, 4.0);
     /// The largest such gap in radians, where a tube is hardly wider than the spacing.
@@ -115,9 +117,9 @@ fn smooth(regions: &[Region]) -> BTreeMap<[usize; 2], f64> {
 
 /// Median distance to the fourth neighbour.
 fn spacing(points: &[Vec3]) -> f64 {
-    let stride = points.len().div_ceil(SPACED.1).max(1);
+    let stride = points.len().div_ceil(COMPARED.get()).max(1);
     let few: Vec<Vec3> = points.iter().step_by(stride).copied().collect();
-    let asked = few.len().div_ceil(SPACED.0).max(1);
+    let asked = few.len().div_ceil(ASKED.get()).max(1);
     let fourth = |p: &Vec3| {
         let mut sq: Vec<f64> = few.iter().map(|q| (q - p).norm_squared()).collect();
         if sq.len() < 5 {

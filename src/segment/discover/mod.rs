@@ -44,12 +44,11 @@ pub fn discover(
     monitor: &dyn Monitor,
 ) -> Result<Partition, Cancelled> {
     let mut model = Partition::of_none(scene.len(), Partition::default());
-    // Whether there is nothing but surfaces.
-    let (mut all, mut left) = (true, Left::of(scene.len()));
+    let mut left = Left::of(scene.len());
     let (mut suspected, mut seen, mut pass) = (false, false, 0);
     while pass < PASSES.get() {
         // What is left beside surfaces with less noise than others is these others.
-        let last = pass > 0 && !all && families.common == 0.0;
+        let last = pass > 0 && model.rougher && families.common == 0.0;
         if last || left.look(&model.labels) < families.policy.least {
             break;
         }
@@ -59,7 +58,7 @@ pub fn discover(
             let looked =
                 form::hypotheses(scene, families, seed, (dense, seen), &mut model.trials, monitor)?;
             suspected = matches!(looked, Looked::Suspected(_));
-            all = !matches!(looked, Looked::Found(_, false));
+            model.rougher = matches!(looked, Looked::Found(_, false));
             first(scene, looked, families, enough, &mut model, monitor)?
         } else {
             left.chosen(scene, families, seed, &mut model, monitor)?
@@ -91,8 +90,7 @@ pub fn discover(
         }
         pass += 1;
     }
-    model.rougher = !all;
-    if !all || families.rougher {
+    if model.rougher || families.rougher {
         model.spurious = spurious(scene, families, &model);
     }
     Ok(model)
