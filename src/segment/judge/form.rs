@@ -96,7 +96,7 @@ pub fn hypotheses(
         found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
         found = rescued(scene, families, found);
     }
-    Ok(Looked::Found(found, false))
+    Ok(Looked::Found(found, !common))
 }
 
 /// Whether what settled surfaces leave of their points goes together.
