@@ -18,6 +18,17 @@ pub fn ordered(points: &[Vec3]) -> Vec<Vec3> {
     order.iter().map(|&i| points[i as usize]).collect()
 }
 
+/// A smooth field of variance one, with a correlation length of one.
+pub fn smooth(random: &mut Random) -> impl Fn(&Vec3) -> f64 + use<> {
+    let waves: Vec<(Vec3, f64)> = (0..200)
+        .map(|_| {
+            let k = Vec3::new(random.normal(), random.normal(), random.normal());
+            (k, random.uniform(0.0, std::f64::consts::TAU))
+        })
+        .collect();
+    move |p| waves.iter().map(|(k, at)| (k.dot(p) + at).cos()).sum::<f64>() / 10.0
+}
+
 /// A scene of `n` points of the sheet z = height(x), x in -10..10 and y in 0..10, with noise along z.
 pub fn sheet(n: usize, height: impl Fn(f64) -> f64) -> Scene<'static> {
     let mut random = Random::new(7);

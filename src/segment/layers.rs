@@ -195,18 +195,7 @@ mod tests {
     use super::*;
     use crate::fit::fits::Random;
     use crate::segment::Silent;
-    use crate::segment::fixtures::{SIGMA, ordered};
-
-    /// A smooth field of variance one, with a correlation length of one.
-    fn smooth(random: &mut Random) -> impl Fn(&Vec3) -> f64 + use<> {
-        let waves: Vec<(Vec3, f64)> = (0..200)
-            .map(|_| {
-                let k = Vec3::new(random.normal(), random.normal(), random.normal());
-                (k, random.uniform(0.0, std::f64::consts::TAU))
-            })
-            .collect();
-        move |p| waves.iter().map(|(k, at)| (k.dot(p) + at).cos()).sum::<f64>() / 10.0
-    }
+    use crate::segment::fixtures::{self, SIGMA, ordered, smooth};
 
     /// A floor and a ball beside it, whose smooth noise is `more` times as large.
     fn floor_and_ball(more: f64) -> Vec<Vec3> {
@@ -275,7 +264,7 @@ mod tests {
             sigma: 3.0 * SIGMA,
             floor: 0.0,
             max_radius: 1e3,
-            ..crate::segment::fixtures::families()
+            ..fixtures::families()
         });
         assert_eq!((all.shapes.len(), other.shapes.len()), (1, 1));
         let merges = all.counters.merges + other.counters.merges;

@@ -67,7 +67,6 @@ pub fn discover(
             break;
         }
         left.open.iter().zip(labels).for_each(|(&i, l)| model.labels[i as usize] = l);
-
         model.shapes.extend(chosen.iter().map(|h| h.shape));
         monitor.progress(Stage::Merge, 0.3 + 0.2 * pass as f64);
         converge(scene, &mut model, families, monitor)?;

@@ -121,24 +121,11 @@ fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::TAU;
-
     use super::*;
     use crate::fit::fits::Random;
     use crate::geometry::Vec3;
     use crate::segment::Silent;
-    use crate::segment::fixtures::{self, SIGMA, ordered, partition, plane, sheet};
-
-    /// A smooth field of variance one, with a correlation length of one.
-    fn smooth(random: &mut Random) -> impl Fn(&Vec3) -> f64 + use<> {
-        let waves: Vec<(Vec3, f64)> = (0..200)
-            .map(|_| {
-                let k = Vec3::new(random.normal(), random.normal(), random.normal());
-                (k, random.uniform(0.0, TAU))
-            })
-            .collect();
-        move |p| waves.iter().map(|(k, at)| (k.dot(p) + at).cos()).sum::<f64>() / 10.0
-    }
+    use crate::segment::fixtures::{self, SIGMA, ordered, partition, plane, sheet, smooth};
 
     /// A roof of two faces, its noise `white` and `smooth` in sigmas, on a floor that bends by `bent`.
     fn looked(white: f64, form: f64, bent: f64, sigma: f64) -> (usize, Families) {
