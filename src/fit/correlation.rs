@@ -1,0 +1,202 @@
+//! Whether the residuals about a surface go together, over what length, and what that does to its parameters.
+//!
+//! The residuals are taken for a Gaussian process on the surface: a white part, one that goes together over less than
+//! a block, and one that goes together over a length (covariance exp(-d2 / 2 l2)). What of it the surface's own
+//! parameters could have taken up tells nothing, so only the combinations of block means on which these have no
+//! influence are looked at (residual, or restricted, likelihood: Patterson and Thompson 1971). All shares and lengths
+//! on a grid are weighed by their likelihood, and whiteness by a prior of its own: a mean over all that may be, not
+//! a choice, so that few blocks give neither false alarm nor false calm.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::blocks::Block;
+use super::constant::constants;
+
+constants! {
+    /// How probable white residuals are before any is seen, over all that may be instead.
+    WHITE: f64 = 19.0, Trial(9.0, 50.0);
+    /// Combinations of blocks without the parameters' influence, fewer of which tell nothing.
+    LEAST: usize = 6, Derived("the least whose variance is told within a factor of two");
+}
+
+/// Factor between neighbouring shares of the grid.
+const SHARE_STEP: f64 = 2.0;
+/// Factor between neighbouring lengths of the grid.
+const LENGTH_STEP: f64 = std::f64::consts::SQRT_2;
+/// Share of the blocks' distance that the shortest length takes: neighbours go together by exp(-2) at half.
+const SHORTEST: f64 = 0.5;
+/// Share of the longest side that the longest length takes.
+const LONGEST: f64 = 0.5;
+
+/// What the residuals have in common: variances in units of the residuals'.
+pub struct Correlation {
+    /// Of independent residuals.
+    pub white: f64,
+    /// Of what goes together over less than a block, in the sum of a block.
+    pub short: f64,
+    /// Share and length of what goes together over more.
+    pub long: Vec<(f64, f64)>,
+}
+
+impl Correlation {
+    /// None.
+    fn none() -> Self {
+        Self { white: 1.0, short: 0.0, long: Vec::new() }
+    }
+
+    /// That of residuals of deviation `sigma` about a surface with `freedoms` degrees of freedom.
+    pub fn of(blocks: &[Block], freedoms: usize, sigma: f64) -> Self {
+        if blocks.len() < freedoms + LEAST.get() || !(sigma > 0.0) {
+            return Self::none();
+        }
+        let contrasts = Contrasts::of(blocks, freedoms, sigma);
+        let count = blocks.iter().map(|b| b.count).sum::<f64>() / blocks.len() as f64;
+        let lengths = lengths(blocks);
+        let mut weighed = vec![(contrasts.white(), [1.0, 0.0, 0.0, 0.0])];
+        for &length in &lengths {
+            let spectrum = contrasts.spectrum(blocks, length);
+            for (share, times) in grid(count) {
+                let white = 1.0 - share;
+                let likelihood = spectrum.likelihood(white * times, share);
+                weighed.push((likelihood, [white, white * (times - 1.0), share, length]));
+            }
+        }
+        averaged(&weighed, &lengths)
+    }
+}
+
+/// Shares that go together, each with each factor of the white part in a block, of blocks of `count` points.
+fn grid(count: f64) -> Vec<(f64, f64)> {
+    let steps = |from: f64, to: f64| {
+        std::iter::successors(Some(from), |s| Some(s * SHARE_STEP)).take_while(move |s| *s < to)
+    };
+    let times: Vec<f64> = steps(1.0, count.max(1.5)).collect();
+    let share = steps(1.0 / count.max(2.0), 0.7).chain([0.8, 0.95]);
+    share.flat_map(|s| times.iter().map(move |t| (s, *t))).collect()
+}
+
+/// Lengths from half of a block's to half of the whole.
+fn lengths(blocks: &[Block]) -> Vec<f64> {
+    let far = |from: &Block| {
+        blocks.iter().map(|b| (b.centre - from.centre).norm_squared()).fold(0.0, f64::max)
+    };
+    let near = |from: &Block| {
+        let others = blocks.iter().map(|b| (b.centre - from.centre).norm_squared());
+        others.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min)
+    };
+    let longest = LONGEST * blocks.iter().map(far).fold(0.0, f64::max).sqrt();
+    let mut apart: Vec<f64> = blocks.iter().map(near).filter(|d| d.is_finite()).collect();
+    apart.sort_by(f64::total_cmp);
+    let shortest = apart.get(apart.len() / 2).map_or(longest, |d| SHORTEST * d.sqrt()).min(longest);
+    if !(shortest > 0.0) {
+        return Vec::new();
+    }
+    std::iter::successors(Some(shortest), |l| Some(l * LENGTH_STEP))
+        .take_while(|l| *l <= longest * 1.001)
+        .collect()
+}
+
+/// The mean over what may be, by logarithms of likelihoods: the first is that of white residuals.
+fn averaged(weighed: &[(f64, [f64; 4])], lengths: &[f64]) -> Correlation {
+    let top = weighed.iter().map(|w| w.0).fold(f64::NEG_INFINITY, f64::max);
+    let others = (weighed.len() - 1).max(1) as f64;
+    let weight =
+        |k: usize, l: f64| (l - top).exp() * if k == 0 { WHITE.get() } else { 1.0 / others };
+    let total: f64 = weighed.iter().enumerate().map(|(k, w)| weight(k, w.0)).sum();
+    let mut out =
+        Correlation { white: 0.0, short: 0.0, long: lengths.iter().map(|l| (0.0, *l)).collect() };
+    for (k, (likelihood, [white, short, share, length])) in weighed.iter().enumerate() {
+        let w = weight(k, *likelihood) / total;
+        out.white += w * white;
+        out.short += w * short;
+        if let Some(at) = lengths.iter().position(|l| l == length) {
+            out.long[at].0 += w * share;
+        }
+    }
+    out
+}
+
+/// Means of blocks, weighed so that white residuals give unit variance, without the parameters' influence.
+struct Contrasts {
+    /// Orthonormal columns: what the parameters move.
+    moved: DMatrix<f64>,
+    /// The weighed means less these.
+    means: DVector<f64>,
+}
+
+impl Contrasts {
+    fn of(blocks: &[Block], freedoms: usize, sigma: f64) -> Self {
+        let root = |k: usize| blocks[k].count.sqrt();
+        let slopes = DMatrix::from_fn(blocks.len(), freedoms, |k, a| root(k) * blocks[k].slope[a]);
+        let means = DVector::from_fn(blocks.len(), |k, _| root(k) * blocks[k].residual / sigma);
+        let moved = orthonormal(slopes);
+        let means = &means - &moved * (moved.transpose() * &means);
+        Self { moved, means }
+    }
+
+    /// Logarithm of the likelihood of white residuals.
+    fn white(&self) -> f64 {
+        -0.5 * self.means.norm_squared()
+    }
+
+    /// Of the residuals that go together over `length`, in these combinations.
+    fn spectrum(&self, blocks: &[Block], length: f64) -> Spectrum {
+        let mut kernel = kernel(blocks, length);
+        for (i, a) in blocks.iter().enumerate() {
+            for (j, b) in blocks.iter().enumerate() {
+                kernel[(i, j)] *= (a.count * b.count).sqrt();
+            }
+        }
+        let q = &self.moved;
+        let right = &kernel * q;
+        let both = q.transpose() * &right;
+        let left = q * right.transpose();
+        let kernel = kernel - &left - left.transpose() + q * both * q.transpose();
+        let eigen = kernel.symmetric_eigen();
+        let squares = (eigen.eigenvectors.transpose() * &self.means).map(|z| z * z);
+        Spectrum { values: eigen.eigenvalues, squares, without: q.ncols() }
+    }
+}
+
+/// An orthonormal basis of a matrix's columns.
+fn orthonormal(mut a: DMatrix<f64>) -> DMatrix<f64> {
+    for mut column in a.column_iter_mut() {
+        let norm = column.norm();
+        if norm > 0.0 {
+            column /= norm;
+        }
+    }
+    let e = (a.transpose() * &a).symmetric_eigen();
+    let told: Vec<usize> = (0..e.eigenvalues.len()).filter(|&k| e.eigenvalues[k] > 1e-10).collect();
+    let columns: Vec<DVector<f64>> =
+        told.iter().map(|&k| &a * e.eigenvectors.column(k) / e.eigenvalues[k].sqrt()).collect();
+    if columns.is_empty() { DMatrix::zeros(a.nrows(), 0) } else { DMatrix::from_columns(&columns) }
+}
+
+/// How blocks' residuals go together where they do over `length`.
+pub fn kernel(blocks: &[Block], length: f64) -> DMatrix<f64> {
+    let factor = -0.5 / (length * length);
+    DMatrix::from_fn(blocks.len(), blocks.len(), |i, j| {
+        (factor * (blocks[i].centre - blocks[j].centre).norm_squared()).exp()
+    })
+}
+
+/// A kernel's eigenvalues among the contrasts, and the squares of the weighed means along them.
+struct Spectrum {
+    values: DVector<f64>,
+    squares: DVector<f64>,
+    /// Combinations that the parameters move, which are eigenvectors of value 0 here.
+    without: usize,
+}
+
+impl Spectrum {
+    /// Logarithm of the likelihood of variance `white` in each and `share` times the kernel.
+    fn likelihood(&self, white: f64, share: f64) -> f64 {
+        let mut sum = self.without as f64 * white.ln();
+        for (value, square) in self.values.iter().zip(&self.squares) {
+            let variance = white + share * value.max(0.0);
+            sum -= variance.ln() + square / variance;
+        }
+        0.5 * sum
+    }
+}
