@@ -15,6 +15,8 @@ use super::constant::constants;
 constants! {
     /// How probable white residuals are before any is seen, over all that may be instead.
     WHITE: f64 = 19.0, Trial(9.0, 50.0);
+    /// Deviations by which the blocks' means must stand out for more to be asked.
+    SUSPICIOUS: f64 = 1.5, Effort("eigenvectors where white residuals are nearly sure");
     /// Combinations of blocks without the parameters' influence, fewer of which tell nothing.
     LEAST: usize = 6, Derived("the least whose variance is told within a factor of two");
 }
@@ -22,7 +24,7 @@ constants! {
 /// Factor between neighbouring shares of the grid.
 const SHARE_STEP: f64 = 2.0;
 /// Factor between neighbouring lengths of the grid.
-const LENGTH_STEP: f64 = std::f64::consts::SQRT_2;
+const LENGTH_STEP: f64 = 2.0;
 /// Share of the blocks' distance that the shortest length takes: neighbours go together by exp(-2) at half.
 const SHORTEST: f64 = 0.5;
 /// Share of the longest side that the longest length takes.
@@ -53,8 +55,13 @@ impl Correlation {
         let count = blocks.iter().map(|b| b.count).sum::<f64>() / blocks.len() as f64;
         let lengths = lengths(blocks);
         let mut weighed = vec![(contrasts.white(), [1.0, 0.0, 0.0, 0.0])];
-        for &length in &lengths {
-            let spectrum = contrasts.spectrum(blocks, length);
+        let kernels: Vec<DMatrix<f64>> =
+            lengths.iter().map(|l| contrasts.kernel(blocks, *l)).collect();
+        if !kernels.iter().any(|k| contrasts.are_suspicious(k, freedoms)) {
+            return Self::none();
+        }
+        for (&length, kernel) in lengths.iter().zip(kernels) {
+            let spectrum = contrasts.spectrum(kernel);
             for (share, times) in grid(count) {
                 let white = 1.0 - share;
                 let likelihood = spectrum.likelihood(white * times, share);
@@ -139,8 +146,8 @@ impl Contrasts {
         -0.5 * self.means.norm_squared()
     }
 
-    /// Of the residuals that go together over `length`, in these combinations.
-    fn spectrum(&self, blocks: &[Block], length: f64) -> Spectrum {
+    /// Covariance of the contrasts where residuals go together over `length`.
+    fn kernel(&self, blocks: &[Block], length: f64) -> DMatrix<f64> {
         let mut kernel = kernel(blocks, length);
         for (i, a) in blocks.iter().enumerate() {
             for (j, b) in blocks.iter().enumerate() {
@@ -151,10 +158,23 @@ impl Contrasts {
         let right = &kernel * q;
         let both = q.transpose() * &right;
         let left = q * right.transpose();
-        let kernel = kernel - &left - left.transpose() + q * both * q.transpose();
+        kernel - &left - left.transpose() + q * both * q.transpose()
+    }
+
+    /// Whether the contrasts are longer than white ones, or lie along those that a kernel makes long (the score of its
+    /// share: x'Kx less its mean tr K, by its deviation).
+    fn are_suspicious(&self, kernel: &DMatrix<f64>, freedoms: usize) -> bool {
+        let count = self.means.len().saturating_sub(freedoms) as f64;
+        let length = (self.means.norm_squared() - count) / (2.0 * count).sqrt();
+        let score = (self.means.dot(&(kernel * &self.means)) - kernel.trace())
+            / (2.0 * kernel.norm_squared()).sqrt();
+        length > SUSPICIOUS.get() || score > SUSPICIOUS.get()
+    }
+
+    fn spectrum(&self, kernel: DMatrix<f64>) -> Spectrum {
         let eigen = kernel.symmetric_eigen();
         let squares = (eigen.eigenvectors.transpose() * &self.means).map(|z| z * z);
-        Spectrum { values: eigen.eigenvalues, squares, without: q.ncols() }
+        Spectrum { values: eigen.eigenvalues, squares, without: self.moved.ncols() }
     }
 }
 
