@@ -12,6 +12,7 @@ static FILES: &[Table] = &[
     sample::CONSTANTS,
     prepare::noise::CONSTANTS,
     prepare::normals::CONSTANTS,
+    prepare::even::CONSTANTS,
     prepare::levels::CONSTANTS,
     prepare::patch::CONSTANTS,
     prepare::sampling::CONSTANTS,
