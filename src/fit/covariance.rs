@@ -1,6 +1,6 @@
 //! How exactly a fit is known.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::blocks::{Block, blocks};
 use super::columns::Columns;
@@ -57,8 +57,30 @@ impl Spread {
         let correlation = self.correlation();
         let together = inverse(&self.information) * self.together(&correlation);
         let long = together.trace() / together.nrows() as f64;
+        self.times(&correlation, long, sigma, share)
+    }
+
+    /// How many times more than independent residuals do those shake a sum of them, `long` of which is by what goes
+    /// together over more than a block.
+    fn times(&self, correlation: &Correlation, long: f64, sigma: f64, share: f64) -> f64 {
         let times = correlation.white + share * (correlation.short + long);
         (times * (self.deviation / sigma).powi(2)).max(1.0)
+    }
+
+    /// How many times more than independent residuals of deviation `sigma` would, the residuals shake a change of the
+    /// surface that moves it by `change` at a point; at least 1.
+    pub fn inflation_along(&self, sigma: f64, share: f64, change: impl Fn(&Vec3) -> f64) -> f64 {
+        let blocks = &self.blocks;
+        let moved = DVector::from_fn(blocks.len(), |k, _| change(&blocks[k].centre));
+        let squares: f64 = moved.iter().zip(blocks).map(|(d, b)| b.count * d * d).sum();
+        let sums = DVector::from_fn(blocks.len(), |k, _| blocks[k].count * moved[k]);
+        let correlation = self.correlation();
+        let long = if squares > 0.0 {
+            sums.dot(&(self.covariances(&correlation) * &sums)) / squares
+        } else {
+            0.0
+        };
+        self.times(&correlation, long, sigma, share)
     }
 
     fn correlation(&self) -> Correlation {
@@ -69,11 +91,16 @@ impl Spread {
     fn together(&self, correlation: &Correlation) -> DMatrix<f64> {
         let (p, blocks) = (self.information.nrows(), &self.blocks);
         let sums = DMatrix::from_fn(blocks.len(), p, |k, a| blocks[k].count * blocks[k].slope[a]);
-        let mut covariances = DMatrix::zeros(blocks.len(), blocks.len());
+        sums.transpose() * self.covariances(correlation) * sums
+    }
+
+    /// C of that part between blocks.
+    fn covariances(&self, correlation: &Correlation) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(self.blocks.len(), self.blocks.len());
         for (share, length) in correlation.long.iter().filter(|l| l.0 > 0.0) {
-            covariances += kernel(blocks, *length) * *share;
+            out += kernel(&self.blocks, *length) * *share;
         }
-        sums.transpose() * covariances * sums
+        out
     }
 }
 
