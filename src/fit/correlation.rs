@@ -27,8 +27,8 @@ const SHARE_STEP: f64 = 2.0;
 const LENGTH_STEP: f64 = 2.0;
 /// Share of the blocks' distance that the shortest length takes: neighbours go together by exp(-2) at half.
 const SHORTEST: f64 = 0.5;
-/// Share of the longest side that the longest length takes.
-const LONGEST: f64 = 0.5;
+/// Share of the longest side that the longest length takes: what goes together over more, a surface takes up itself.
+const LONGEST: f64 = 0.25;
 
 /// What the residuals have in common: variances in units of the residuals'.
 pub struct Correlation {
@@ -82,7 +82,7 @@ fn grid(count: f64) -> Vec<(f64, f64)> {
     share.flat_map(|s| times.iter().map(move |t| (s, *t))).collect()
 }
 
-/// Lengths from half of a block's to half of the whole.
+/// Lengths from half of a block's to a quarter of the whole.
 fn lengths(blocks: &[Block]) -> Vec<f64> {
     let far = |from: &Block| {
         blocks.iter().map(|b| (b.centre - from.centre).norm_squared()).fold(0.0, f64::max)
@@ -218,5 +218,107 @@ impl Spectrum {
             sum -= variance.ln() + square / variance;
         }
         0.5 * sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::blocks::blocks;
+    use super::super::covariance::Spread;
+    use super::super::fits::Random;
+    use super::super::least_squares::{Options, fit};
+    use super::super::shape::{Family, Shape};
+    use super::*;
+    use crate::geometry::Vec3;
+
+    /// The plane fitted to points 10 x 10 about z = 0 whose heights are `height`, the points, and how high it lies
+    /// in the middle.
+    fn plane(
+        n: usize,
+        random: &mut Random,
+        height: impl Fn(&mut Random, f64, f64) -> f64,
+    ) -> (Shape, Vec<Vec3>, f64) {
+        let mut at = || {
+            let (x, y) = (random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0));
+            Vec3::new(x, y, height(random, x, y))
+        };
+        let points: Vec<Vec3> = (0..n).map(|_| at()).collect();
+        let start = Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3]);
+        let options = Options { cauchy: None, steps: 20, tolerance: 1e-12 };
+        let shape = fit(&start, &points, None, &options).unwrap().shape;
+        let height = -shape.distance(&Vec3::zeros()) * shape.w().z.signum();
+        (shape, points, height)
+    }
+
+    /// A smooth field of unit variance that goes together over `length`.
+    fn field(length: f64, random: &mut Random) -> impl Fn(f64, f64) -> f64 + use<> {
+        let wave = |r: &mut Random| (r.normal() / length, r.normal() / length, r.uniform(0.0, 6.3));
+        let waves: Vec<_> = (0..80).map(|_| wave(random)).collect();
+        move |x, y| {
+            let sum: f64 = waves.iter().map(|(u, v, phase)| (u * x + v * y + phase).cos()).sum();
+            sum * (2.0 / waves.len() as f64).sqrt()
+        }
+    }
+
+    #[test]
+    fn white_residuals_are_seldom_taken_for_more() {
+        let rounds = 40;
+        for n in [200, 2000, 20_000] {
+            let mut sum = 0.0;
+            for seed in 0..rounds {
+                let random = &mut Random::new(seed);
+                let (shape, points, _) = plane(n, random, |r, _, _| 0.1 * r.normal());
+                sum += Spread::of(&shape, &points).inflation(0.1, 1.0) / rounds as f64;
+            }
+            assert!((1.0..1.1).contains(&sum), "{n}: {sum}");
+        }
+    }
+
+    #[test]
+    fn blocks_are_not_parted_by_noise_larger_than_the_spacing() {
+        // Tilted, as a cut along a coordinate runs through the noise there.
+        let turn = crate::geometry::perpendicular_frame(&Vec3::new(1.0, 1.0, 1.0).normalize());
+        let normal = Vec3::new(1.0, 1.0, 1.0).normalize();
+        let random = &mut Random::new(3);
+        let mut at = || {
+            let (x, y) = (random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0));
+            turn.0 * x + turn.1 * y + 0.3 * random.normal() * normal
+        };
+        let points: Vec<Vec3> = (0..60_000).map(|_| at()).collect();
+        let shape = Shape::with_axis(Family::Plane, Vec3::zeros(), normal, [0.0; 3]);
+        let blocks = blocks(&shape, &points);
+        let chi2: f64 = blocks.iter().map(|b| b.count * (b.residual / 0.3).powi(2)).sum();
+        let expected = blocks.len() as f64;
+        assert!((chi2 - expected).abs() < 4.0 * (2.0 * expected).sqrt(), "{chi2} of {expected}");
+    }
+
+    #[test]
+    fn errors_are_as_large_as_said_where_residuals_go_together() {
+        let rounds = 60;
+        for length in [0.5, 1.5, 3.0] {
+            let (mut honest, mut naive) = (0.0, 0.0);
+            for seed in 0..rounds {
+                let random = &mut Random::new(100 + seed);
+                let field = field(length, random);
+                let both = |r: &mut Random, x: f64, y: f64| 0.1 * (r.normal() + field(x, y));
+                let (shape, points, error) = plane(2000, random, both);
+                let sigma = 0.02_f64.sqrt();
+                let spread = Spread::of(&shape, &points);
+                // The third freedom of a plane is its height.
+                let freedom = (0..3).max_by(|a, b| {
+                    let moved = |k: usize| {
+                        let mut j = [0.0; super::super::shape::MAX_DOF];
+                        shape.distance_jacobian(&Vec3::zeros(), &mut j);
+                        j[k].abs()
+                    };
+                    moved(*a).total_cmp(&moved(*b))
+                });
+                let variance = spread.covariance(sigma, 1.0)[(freedom.unwrap(), freedom.unwrap())];
+                honest += error * error / variance / rounds as f64;
+                naive += error * error / (sigma * sigma / 2000.0) / rounds as f64;
+            }
+            assert!(naive > 5.0, "{length}: {naive}");
+            assert!((0.3..2.0).contains(&honest), "{length}: {honest} (naive {naive})");
+        }
     }
 }

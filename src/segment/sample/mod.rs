@@ -92,3 +92,6 @@ fn judge(
         && further::holds_surface(&left, found.families.sigma, parameters, monitor)?;
     Ok(if lacking { Judged::Thin(0) } else { Judged::Enough(labelled) })
 }
+
+#[cfg(test)]
+mod tests;
