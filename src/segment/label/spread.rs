@@ -89,12 +89,12 @@ impl Nearest<'_> {
     fn label(&mut self, points: &[Vec3], around: &Around) -> Open {
         let (mut from, end) = (self.first, self.first + self.labels.len());
         // The last point of the sample before these, or the first.
-        let mut q = self.places.partition_point(|&k| k as usize <= from).saturating_sub(1);
+        let mut q = self.places.partition_point(|&k| (k as usize) < from).saturating_sub(1);
         let mut open = Open::default();
         let mut candidates = Vec::new();
         let mut scratch = Scratch::default();
         while from < end {
-            let to = self.places.get(q + 1).map_or(end, |&next| end.min(next as usize));
+            let to = self.places.get(q + 1).map_or(end, |&next| end.min(next as usize + 1));
             around.beside(q, &mut candidates);
             self.label_stretch(&points[from..to], from, &candidates, &mut scratch, &mut open);
             (from, q) = (to, q + 1);
