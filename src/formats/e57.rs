@@ -9,7 +9,7 @@ use super::{
     guard::{MAX_POINTS_PER_BYTE, check_density, guarded},
     memory::room_for,
 };
-use crate::geometry::{PointCloud, Vec3};
+use crate::geometry::{LengthUnit, PointCloud, Vec3};
 
 /// Reads every scan, one behind the other, spherical coordinates converted and poses applied. Points the
 /// scanner marked as invalid are holes.
@@ -44,7 +44,8 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
         }
         Ok(Ok(points))
     })?;
-    Ok(PointCloud::from_points(points))
+    // the standard allows no other
+    Ok(PointCloud { unit: Some(LengthUnit::M), ..PointCloud::from_points(points) })
 }
 
 /// The records that the header announces, as far as the bytes can hold them.
@@ -88,8 +89,7 @@ fn check_coordinates((place, scan): (usize, &e57::PointCloud)) -> Result<(), For
         return Ok(());
     }
     let names: Vec<_> = scan.prototype.iter().take(12).map(|r| format!("{:?}", r.name)).collect();
-    let found = format!("{} in scan {}", names.join(", "), place + 1);
-    Err(FormatError::NoCoordinates { format: Format::E57, found })
+    Err(FormatError::ScanWithoutCoordinates { scan: place + 1, found: names.join(", ") })
 }
 
 fn position(coordinate: &CartesianCoordinate) -> Vec3 {
@@ -199,7 +199,7 @@ pub(super) mod tests {
         let mut scans = E57Reader::new(Cursor::new(file())).unwrap().pointclouds();
         scans[1].prototype.remove(2);
         let error = check(&scans, 1000, &Limits::default()).unwrap_err();
-        let FormatError::NoCoordinates { found, .. } = &error else { panic!("{error}") };
-        assert!(found.ends_with("CartesianInvalidState in scan 2"), "{found}");
+        let found = "CartesianX, CartesianY, CartesianInvalidState".to_owned();
+        assert_eq!(error, FormatError::ScanWithoutCoordinates { scan: 2, found });
     }
 }

@@ -5,10 +5,10 @@ use sha2::{Digest, Sha256};
 use super::{Document, Input, Request, ServiceError, Timing, UnassignedPoints};
 use crate::{
     formats::{self, Fields, Format, Hints, Limits, Watched},
-    geometry::PointCloud,
+    geometry::{LengthUnit, PointCloud},
     jobs::{Control, trace},
     model::relations::Relations,
-    segment::{Segmentation, segment},
+    segment::{Segmentation, Warning, resolution, segment},
 };
 
 /// A result, and the cloud it is about.
@@ -40,7 +40,7 @@ pub fn compute(
         return Err(stop.into());
     }
     let begin = Instant::now();
-    let format = request.format.or_else(|| Format::detect(bytes));
+    let format = request.hints().format_of(bytes);
     trace::note(|facts| {
         (facts.format, facts.bytes) = (format.map(Format::name), Some(bytes.len()))
     });
@@ -59,7 +59,8 @@ pub fn compute(
     };
     // the digest takes as long as a good part of the run, and one thread
     let (done, sha256) = rayon::join(run, || sha256_unless(bytes, stopped));
-    let (cloud, found, parse, span) = done?;
+    let (cloud, mut found, parse, span) = done?;
+    found.warnings.extend(warnings(&cloud, request.unit));
     let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
     describe(&span, &cloud, &found, &timing);
     trace::note(|facts| {
@@ -71,6 +72,8 @@ pub fn compute(
         sha256,
         format: format.map(Format::name).unwrap_or_default().to_owned(),
         skipped: cloud.skipped(),
+        unit: request.unit.or(cloud.unit),
+        resolution: resolution_of(&cloud, &found),
     };
     let document = document(&cloud, found, request.snap, input, timing);
     Ok(Answer {
@@ -101,6 +104,32 @@ fn describe(span: &tracing::Span, cloud: &PointCloud, found: &Segmentation, timi
     for (stage, seconds) in &timing.stages {
         trace::set(span, format!("conicoid.stage.{stage}.seconds"), *seconds);
     }
+}
+
+/// The step of each coordinate, as it was seen or is known.
+fn resolution_of(cloud: &PointCloud, found: &Segmentation) -> [f64; 3] {
+    found.sampling.map_or_else(|| resolution(cloud), |sampling| sampling.steps)
+}
+
+/// What of the file limits the answer, or was decided about it.
+fn warnings(cloud: &PointCloud, unit: Option<LengthUnit>) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut warn = |code: &str, message| warnings.push(Warning { code: code.to_owned(), message });
+    if cloud.holes_at_origin > 0 {
+        let n = cloud.holes_at_origin;
+        warn("holes_at_origin", format!("{n} points at exactly 0, 0, 0 are taken for holes"));
+    }
+    if let (Some(given), Some(stated)) = (unit, cloud.unit)
+        && given != stated
+    {
+        warn(
+            "unit_differs",
+            format!(
+                "the file states its lengths in {stated}; they are labelled {given}, as asked, and not converted"
+            ),
+        );
+    }
+    warnings
 }
 
 fn document(

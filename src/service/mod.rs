@@ -30,4 +30,4 @@ pub use request::{OPTIONS, Request, is_list, specs, unknown_format, unknown_para
 pub use request_id::request_id;
 pub use reread::Reread;
 pub use segmentations::{Service, ServiceConfig, StartError};
-pub use upload::{Allowance, Upload};
+pub use upload::{Allowance, Upload, WINDOW};

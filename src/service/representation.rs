@@ -8,6 +8,7 @@ use crate::formats::{
     DIMENSIONS, Labelled, PICTURE_BYTES, RegionRow, write_deviations_npy, write_labelled_ply,
     write_labels_npy, write_points_csv, write_regions_csv,
 };
+use crate::geometry::LengthUnit;
 use crate::segment::{Region, deviations};
 
 /// A form in which a result can be told.
@@ -139,7 +140,7 @@ impl Representation {
                  signed distance from the own surface); empty where there is none"
             }
             Self::Step => {
-                "STEP AP242 in millimetres: a face for each region with its exact surface, edges that neighbours share where \
+                "STEP AP242 in the cloud's unit, or in millimetres where none is known: a face for each region with its exact surface, edges that neighbours share where \
                  their surfaces meet, vertices where three do; a border without a neighbour follows the points. What closes \
                  up is a solid; the description of each other product names the regions with an open border. Faces have \
                  names with the size and its standard deviation, and the regions' colours"
@@ -161,7 +162,7 @@ impl Representation {
                  `local_origin_z`, `local_a1` to `local_a10`, `major_radius`, `minor_radius` (of a torus), and its dimensions, angles in degrees, `_sd` = standard \
                  deviation: `end_1_x` to `end_2_z`, `length`, `length_sd`, `diameter`, `diameter_sd`, `end_radius_1`, \
                  `end_radius_2`, `full_angle_deg`, `swept_angle_deg`, `arc_angle_deg`, `arc_angle_sd_deg`, `side`, \
-                 `share_seen`, `area`, `size_1`, `size_2`; empty where a surface has none"
+                 `share_seen`, `area`, `size_1`, `size_2`, and `unit`, that of all lengths; empty where a surface has none, or the unit is not known"
             }
         }
     }
@@ -243,6 +244,7 @@ fn rows(document: &Document) -> Vec<RegionRow> {
         local_origin: region.local_origin,
         local_coefficients: region.local_coefficients,
         surface: region.surface,
+        unit: document.input.unit.map(LengthUnit::name).unwrap_or_default(),
         dimensions: dimensions(region),
     };
     document.regions.iter().map(row).collect()
@@ -295,7 +297,14 @@ mod tests {
             let labels: Vec<i32> = (0..n as i32).map(|k| k % 1013 - 1).collect();
             let document = Document {
                 conicoid: "1".into(),
-                input: Input { points: n, sha256: "0".into(), format: "ply".into(), skipped: 0 },
+                input: Input {
+                    points: n,
+                    sha256: "0".into(),
+                    format: "ply".into(),
+                    skipped: 0,
+                    unit: (n > 0).then_some(crate::geometry::LengthUnit::Mm),
+                    resolution: [0.0, 0.5, n as f64],
+                },
                 parameters: Parameters::default(),
                 regions: Vec::new(),
                 labels: Some(labels),

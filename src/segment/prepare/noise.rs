@@ -9,7 +9,7 @@ use crate::fit::general_fit;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
 use crate::segment::prepare::levels::Level;
-use crate::segment::prepare::steps::steps;
+use crate::segment::prepare::steps::{coarser, steps};
 use crate::segment::prepare::thinned::Thinned;
 
 constants! {
@@ -66,12 +66,13 @@ pub struct Noise {
     pub rougher: bool,
 }
 
-/// The noise of points in Morton order. Half of it where `monitor` cancels.
+/// The noise of points in Morton order, whose coordinates are known to come in steps of `known` at least, nought where they
+/// are not. Half of it where `monitor` cancels.
 ///
 /// By trial on 146 clouds within 0.7 to 1.4 of the truth but for noise that is correlated over more than the spacing
 /// and larger than what is not.
-pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
-    let steps = steps(points);
+pub fn estimate(points: &[Vec3], known: &[f64; 3], monitor: &dyn Monitor) -> Noise {
+    let steps = coarser(&steps(points), known);
     let thinned = Thinned::of(points, monitor);
     let level = |l: u32| thinned.level(l).map(|patches| Level::of(&patches, &steps));
     let Some(mut levels) = level(0).map(|first| vec![first]) else {
