@@ -9,7 +9,7 @@ pub enum FormatError {
     /// The format was not named and the bytes look like none that is known.
     #[error(
         "the format cannot be told from the first bytes ({start}): name it; known formats are \
-         ply, xyz (text, csv, pts), ptx, pcd, las (laz), e57, stl and obj"
+         ply, xyz (text, csv, pts), ptx, pcd, las (laz), e57, stl and obj; a text with many lines before its points needs the parameter skip_lines"
     )]
     Unknown {
         /// The first bytes, made printable.
@@ -234,7 +234,9 @@ pub enum FormatError {
 /// What helps where a text is not read as it was meant.
 fn hint(format: Format) -> &'static str {
     match format {
-        Format::Xyz => " (the parameter columns says which columns are x, y and z)",
+        Format::Xyz => {
+            " (the parameter columns says which columns are x, y and z, skip_lines passes over titles)"
+        }
         _ => "",
     }
 }

@@ -18,6 +18,8 @@ pub(super) fn cure(field: &[u8]) -> Option<&'static str> {
             "marks of thousands, or commas beside points: write numbers without marks of thousands, and part them \
              all in the same way",
         )
+    } else if has(b"\xe2\x88\x92") || has(b"\xe2\x80\x93") {
+        Some("it has a typeset minus sign: write the plain one, -")
     } else if field.trim_ascii().iter().any(u8::is_ascii_whitespace) {
         Some(
             "several numbers: part all of them in the same way, by blanks, commas or semicolons alone",
@@ -40,6 +42,7 @@ mod tests {
             ("694\u{2019}376", "marks of"),
             ("1,234.5", "marks of"),
             ("0.5 0.7", "several"),
+            ("\u{2212}0.5", "it has a typeset"),
         ] {
             assert!(cure(field.as_bytes()).is_some_and(|cure| cure.starts_with(begins)), "{field}");
         }

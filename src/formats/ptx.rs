@@ -21,17 +21,21 @@ use crate::geometry::{Grid, PointCloud, Vec3};
 /// Lines of a scan whose decimals are counted.
 const LOOKED_AT: u64 = 1000;
 
-/// Whether a text begins as one: two counts, each in a line, then a place and three axes, then a matrix.
+/// Whether a text begins as one: two counts, then a place and three axes, then a matrix.
 pub(super) fn begins(bytes: &[u8]) -> bool {
     /// Bytes that the ten lines have at most: numbers of 25 characters, blanks, and lines without anything.
     const HEAD: usize = 4096;
     let head = text::without_bom(bytes);
     let lines = text::lines(&head[..head.len().min(HEAD)]).map(<[u8]>::trim_ascii);
-    let lines: Vec<&[u8]> = lines.filter(|line| !line.is_empty()).take(10).collect();
+    let is_told = |line: &&[u8]| !line.is_empty() && !text::is_comment(line);
+    let lines: Vec<&[u8]> = lines.filter(is_told).take(10).collect();
     let has = |(line, fields): (&&[u8], usize)| numbers(line).is_some_and(|n| n.len() == fields);
-    lines.len() == 10
-        && lines[..2].iter().all(|line| count(line).is_some())
-        && lines.iter().zip([1, 1, 3, 3, 3, 3, 4, 4, 4, 4]).all(has)
+    // the counts stand in a line each, or in one
+    let counted = lines.iter().take_while(|line| counts(line).is_some_and(|n| n.len() < 3)).count();
+    (1..=2).contains(&counted)
+        && lines.len() >= counted + 8
+        && lines[..counted].iter().filter_map(|line| counts(line)).flatten().count() == 2
+        && lines[counted..].iter().zip([3, 3, 3, 3, 4, 4, 4, 4]).all(has)
 }
 
 /// Reads every scan, in the frame that their poses lead to.
@@ -68,7 +72,7 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
     Ok(PointCloud { grid, resolution, ..PointCloud::from_points(points) })
 }
 
-/// The lines of a file that have anything in them.
+/// The lines of a file that have anything in them and are no comments.
 struct Lines<'a, I> {
     all: I,
     number: usize,
@@ -83,7 +87,7 @@ impl<'b, I: Iterator<Item = &'b [u8]>> Lines<'_, I> {
             self.number += 1;
             let line = line.trim_ascii();
             check_length(line, self.number)?;
-            if !line.is_empty() {
+            if !line.is_empty() && !text::is_comment(line) {
                 return Ok(Some((self.number, line)));
             }
         }
@@ -104,13 +108,23 @@ impl Scan {
         lines: &mut Lines<'_, I>,
     ) -> Result<Option<Self>, FormatError> {
         let Some((number, line)) = lines.next()? else { return Ok(None) };
-        let columns = count(line).ok_or_else(|| {
-            error(number, line, "where the next scan should begin with its number of columns")
-        })?;
+        let told = counts(line).unwrap_or_default();
         let mut next = || lines.next()?.ok_or_else(|| ends(number));
-        let (number, line) = next()?;
-        let rows = count(line)
-            .ok_or_else(|| error(number, line, "where the number of a scan's rows should be"))?;
+        let (columns, rows) = match told[..] {
+            [columns, rows] => (columns, rows),
+            [columns] => {
+                let (number, line) = next()?;
+                let told = counts(line).unwrap_or_default();
+                let [rows] = told[..] else {
+                    return Err(error(number, line, "where the number of a scan's rows should be"));
+                };
+                (columns, rows)
+            }
+            _ => {
+                let what = "where the next scan should begin with its number of columns";
+                return Err(error(number, line, what));
+            }
+        };
         for _ in 0..4 {
             let (number, line) = next()?;
             let found = numbers(line).filter(|n| n.len() == 3);
@@ -146,9 +160,11 @@ fn ends(line: usize) -> FormatError {
     header(line, "the file ends within the header of a scan: send the whole file")
 }
 
-/// A number of columns or rows, alone in its line.
-fn count(line: &[u8]) -> Option<u64> {
-    std::str::from_utf8(line).ok()?.parse().ok()
+/// The numbers of columns or rows in a line that has nothing else and not many.
+fn counts(line: &[u8]) -> Option<Vec<u64>> {
+    const MOST: usize = 3;
+    let fields = line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty());
+    fields.take(MOST).map(|field| std::str::from_utf8(field).ok()?.parse().ok()).collect()
 }
 
 /// The numbers of a line that has nothing else and not many.

@@ -29,6 +29,12 @@ pub(super) fn behind_lines(bytes: &[u8], lines: usize) -> &[u8] {
     }
 }
 
+/// A text without the end-of-file mark and the padding of older systems.
+pub(super) fn without_end_mark(bytes: &[u8]) -> &[u8] {
+    let end = bytes.iter().rposition(|b| !matches!(b, 0 | 0x1a)).map_or(0, |at| at + 1);
+    &bytes[..end]
+}
+
 /// A line without the blanks around it; tabs stay, which may part fields without anything in them.
 pub(super) fn without_blanks(line: &[u8]) -> &[u8] {
     let is_kept = |b: &u8| *b == b'\t' || !b.is_ascii_whitespace();
@@ -74,7 +80,9 @@ pub(super) fn line_count(bytes: &[u8]) -> u64 {
 pub(super) fn is_row(line: &[u8]) -> bool {
     let separator = |b: &u8| b.is_ascii_whitespace() || matches!(b, b',' | b';' | b'|');
     let is_number = |field: &&[u8]| {
-        let field = unquoted(field);
+        // a number in quotes may have been parted at its own comma
+        let field = field.strip_prefix(b"\"").unwrap_or(field);
+        let field = field.strip_suffix(b"\"").unwrap_or(field);
         number(field).or_else(|| rare_number(field)).is_some()
     };
     line.split(separator).filter(is_number).count() >= 3

@@ -59,6 +59,13 @@ fn poses_are_applied_to_row_vectors_and_holes_are_kept_in_place() {
         assert_eq!(cloud.input_index, Some(vec![0, 2, 3, 4, 5]));
         assert_eq!((cloud.input_len, cloud.grid), (6, Some(Grid { width: 3, height: 2 })));
     }
+    for text in [
+        scan("\n", "").replacen("2\n3\n", "2 3\n", 1),
+        format!("# by hand\n\n{}", scan("\n", "")),
+        format!("\u{feff}{}", scan("\n", "").replace(' ', "\t")),
+    ] {
+        assert_eq!(points(&told(&text).unwrap()), WORLD, "{text}");
+    }
     assert_eq!(Format::detect(scan("\n", "").as_bytes()), Some(Format::Ptx));
     // also where it is called text, as some save it
     let named = Hints { format: Some(Format::Xyz), ..Hints::default() };

@@ -63,12 +63,19 @@ impl Dialect {
         // where no line is a row, its error should at least show the fields that were meant
         best.2.unwrap_or_else(|| {
             let has = |byte| lines.clone().next().is_some_and(|line| line.contains(&byte));
-            if has(b';') {
-                DIALECTS[0]
-            } else if has(b',') {
-                COMMA
-            } else {
-                BLANK
+            let numbers = |dialect: &Self| lines.clone().map(|line| dialect.numbers(line)).sum();
+            // semicolons part nothing else than numbers
+            let fits = |d: &Self| !has(b';') || d.separator == Separator::Byte(b';');
+            let most = DIALECTS
+                .into_iter()
+                .filter(fits)
+                .rev()
+                .max_by_key(|dialect| -> usize { numbers(dialect) });
+            match most.filter(|dialect| numbers(dialect) > 0) {
+                Some(dialect) => dialect,
+                None if has(b';') => DIALECTS[0],
+                None if has(b',') => COMMA,
+                None => BLANK,
             }
         })
     }
@@ -196,6 +203,29 @@ impl Dialect {
         let point = |&b: &u8| if b == b',' { b'.' } else { b };
         let with_point: Vec<u8> = field.iter().map(point).collect();
         text::number(&with_point).or_else(|| text::rare_number(&with_point))
+    }
+
+    /// Whether it cannot be told if the commas within the quoted numbers of rows mark thousands or fractions: three digits
+    /// stand behind each.
+    pub(super) fn may_be_thousands(self, rows: &[Line]) -> bool {
+        let may_be = |field: &[u8]| {
+            let field = text::unquoted(field);
+            let digits = field.strip_prefix(b"-").unwrap_or(field);
+            let behind = digits.iter().position(|b| *b == b',').map(|at| (at, digits.len() - at));
+            behind
+                .is_none_or(|(at, behind)| behind == 4 && digits[0] != b'0' && (1..4).contains(&at))
+        };
+        let all_may_be = |line: &[u8]| {
+            let mut all = true;
+            self.each_field(line, |_, field| {
+                all = self.number(text::unquoted(field)).is_none() || may_be(field);
+                all
+            });
+            all
+        };
+        self.separator == Separator::Byte(b',')
+            && self.decimal_comma
+            && rows.iter().all(|(_, line)| all_may_be(line))
     }
 
     /// Whether it cannot be told if the commas of a line part numbers or are in them: some have a blank

@@ -63,6 +63,11 @@ impl Layout {
                 "its commas may part numbers or be in them: put semicolons between numbers";
             return Err(error(number, reason));
         }
+        if dialect.may_be_thousands(&rows) {
+            let reason = "the commas in its numbers may mark thousands or fractions: write fractions \
+                          with a point, and no marks of thousands";
+            return Err(error(number, reason));
+        }
         if let Some(columns) = hints.columns {
             layout.columns = columns.places();
         } else if let Some(named) = heading.columns(dialect, &rows)? {

@@ -35,7 +35,7 @@ pub(super) fn read(
     hints: &Hints,
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
-    let bytes = text::without_bom(bytes);
+    let bytes = text::without_end_mark(text::without_bom(bytes));
     let layout = Layout::of(bytes, hints, limits)?;
     let mut block = Block { announced: layout.announced, begin: 0 };
     let mut points = room_for(text::line_count(bytes).min(limits.most()))?;

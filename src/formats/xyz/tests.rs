@@ -124,9 +124,22 @@ fn fields_in_quotes_may_hold_what_parts_fields() {
         "\"1,0\",\"2,0\",\"3,0\"\n\"-4,5\",\"0,5\",\"6,0\"\n",
         "name;x;y;z\n\"a;b\";1;2;3\n5\" bore;-4.5;0.5;6\n",
         "x|y|z\n1|2|3\n-4.5|0.5|6\n",
+        "1 2 3\n-4.5 0.5 6\n\u{1a}\0\0",
     ] {
         assert_eq!(points(text), TWO, "{text:?}");
     }
+}
+
+#[test]
+fn commas_in_quotes_that_may_mark_thousands_are_refused() {
+    for text in
+        ["\"12,345\",\"67,890\",\"1,234\"\n", "x,y,z\n\"12,345\",7,\"-1,234\"\n\"2,345\",8,9\n"]
+    {
+        let FormatError::Header { reason, .. } = error(text) else { panic!("{text}") };
+        assert!(reason.contains("thousands"), "{reason}");
+    }
+    let found = points("\"12,345\",\"67,890\",\"0,234\"\n\"2,345\",\"7,890\",\"1,234\"\n");
+    assert_eq!(found[1], [2.345, 7.89, 1.234]);
 }
 
 #[test]
