@@ -11,6 +11,8 @@ pub const BYTES_PER_POINT: u64 = 24;
 pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
     let Some(format) = hints.into().format_of(bytes) else { return 0 };
     let most: Result<u64, FormatError> = match format {
+        // the shortest line has two separators and its end
+        Format::Xyz | Format::Ptx if text::is_utf16(bytes) => Ok(bytes.len() as u64 / 6 + 1),
         Format::Xyz | Format::Ptx => Ok(text::line_count(bytes)),
         Format::Obj => Ok(obj::most_points(bytes)),
         Format::Stl => Ok(stl::most_points(bytes)),
@@ -27,8 +29,8 @@ pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
 pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
     match hints.into().format_of(bytes) {
         Some(Format::Las) => bytes.len() as u64,
-        Some(Format::Xyz) if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") => {
-            // a character of two bytes may become one of three
+        // a character of two bytes may become one of three
+        Some(Format::Xyz | Format::Ptx | Format::Obj) if text::is_utf16(bytes) => {
             2 * bytes.len() as u64
         }
         _ => 0,

@@ -7,6 +7,11 @@ pub(super) fn without_bom(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
+/// Whether a mark at its start says that a text has two bytes a character.
+pub(super) fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
+}
+
 /// A text of two bytes a character in UTF-8; `None` where no mark at its start says that it is one.
 pub(super) fn from_utf16(bytes: &[u8]) -> Option<Vec<u8>> {
     let unit = match bytes.first_chunk()? {

@@ -146,10 +146,13 @@ fn listed(fields: &[&[u8]]) -> String {
     fields.iter().take(12).map(|field| excerpt(field)).collect::<Vec<_>>().join(", ")
 }
 
+/// The unit of each name.
+type Units = Vec<Option<LengthUnit>>;
+
 /// The fields of a line of names without the units behind them, and the unit of each; `None` where they are more than
 /// [`MAX_COLUMNS`].
-fn parted(dialect: Dialect, line: &[u8]) -> Option<(Vec<&[u8]>, Vec<Option<LengthUnit>>)> {
-    let (mut names, mut units) = (Vec::new(), Vec::<Option<LengthUnit>>::new());
+fn parted(dialect: Dialect, line: &[u8]) -> Option<(Vec<&[u8]>, Units)> {
+    let (mut names, mut units) = (Vec::new(), Units::new());
     dialect.each_field(line, |_, field| {
         let unit = field.starts_with(b"[") || field.starts_with(b"(");
         if !(unit && dialect.parts_at_blanks()) {
@@ -167,7 +170,7 @@ fn parted(dialect: Dialect, line: &[u8]) -> Option<(Vec<&[u8]>, Vec<Option<Lengt
 struct Names<'a> {
     line: usize,
     fields: Vec<&'a [u8]>,
-    units: Vec<Option<LengthUnit>>,
+    units: Units,
     columns: Result<[usize; 3], Ambiguous>,
 }
 

@@ -137,3 +137,5 @@ mod first_tests;
 mod long_lines;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod written_tests;
