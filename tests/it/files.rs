@@ -2,8 +2,9 @@
 
 use std::io::Write;
 
-use crate::support::{clouds, conicoid, problem, start};
 use conicoid::service::message::v1;
+
+use crate::support::{clouds, conicoid, problem, start};
 
 fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut packed = flate2::write::GzEncoder::new(Vec::new(), Default::default());
@@ -35,8 +36,8 @@ async fn a_packed_file_has_the_answer_of_the_plain_one() {
         assert_eq!(answer.input.unwrap().sha256, expected["input"]["sha256"].as_str().unwrap());
     }
     let job = running.submit("", gzip(&plain)).await;
-    let job = running.job(&crate::support::location(&job)).await;
-    assert_eq!(job["state"], "succeeded", "{job}");
+    let ended = running.events(&crate::support::location(&job)).await.pop().unwrap();
+    assert_eq!(ended["state"], "succeeded", "{ended}");
 }
 
 #[tokio::test]
@@ -112,7 +113,10 @@ async fn points_at_the_origin_are_holes_and_single_precision_has_its_step() {
     let points: Vec<[f64; 3]> = far.chain([[0.0; 3]; 12]).collect();
     let answer: serde_json::Value =
         running.post("", clouds::xyz(&points)).await.json().await.unwrap();
-    assert_eq!((&answer["input"]["points"], &answer["input"]["skipped"]), (&312.into(), &12.into()));
+    assert_eq!(
+        (&answer["input"]["points"], &answer["input"]["skipped"]),
+        (&312.into(), &12.into())
+    );
     // from 2^21 to 2^22 single numbers are a quarter apart
     assert_eq!(answer["input"]["resolution"], serde_json::json!([0.25, 0.25, 0.25]));
     let codes = answer["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]);

@@ -20,6 +20,8 @@ mod constants;
 mod contract;
 mod deploy;
 mod dimensions;
+mod example;
+mod files;
 mod jobs;
 mod joints;
 mod parameters;
