@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::geometry::LengthUnit;
 use crate::model::relations::{Measure, Relation, Snapping};
 use crate::segment::{Counters, Parameters, Region, Sampling, Warning};
 
@@ -61,8 +62,17 @@ pub struct Input {
     /// The format the file was read as.
     #[schema(example = "ply")]
     pub format: String,
-    /// Points left out because a coordinate was not finite.
+    /// Points left out because a coordinate was not finite, or because they are holes: marked so in the file, or many at
+    /// exactly 0, 0, 0.
     pub skipped: usize,
+    /// The unit of all lengths: the parameter `unit`, or else the one that the file states. Absent where neither does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<LengthUnit>,
+    /// The step in which the coordinates x, y and z come: that of their decimals, of single precision at their size, or of
+    /// the file before a pose was applied. No surface is known better than its points are. 0 where there is none to be
+    /// seen, and where it is that of any double.
+    #[serde(default)]
+    pub resolution: [f64; 3],
 }
 
 /// Points without a region.

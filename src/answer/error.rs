@@ -112,8 +112,10 @@ impl From<FormatError> for AnswerError {
             FormatError::Unknown { .. }
             | FormatError::Foreign { .. }
             | FormatError::Compressed { .. } => ErrorKind::UnknownFormat,
-            FormatError::ColumnsOfNoText { .. } => ErrorKind::InvalidParameter,
-            FormatError::OutOfMemory { .. } => ErrorKind::Overloaded,
+            FormatError::ParameterOfText { .. } => ErrorKind::InvalidParameter,
+            FormatError::OutOfMemory { .. } | FormatError::NoMemoryToUnpack { .. } => {
+                ErrorKind::Overloaded
+            }
             FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
             FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
             FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,

@@ -41,7 +41,14 @@ mod tests {
             let labels: Vec<i32> = (0..n as i32).map(|k| k % 1013 - 1).collect();
             let document = Document {
                 conicoid: "1".into(),
-                input: Input { points: n, sha256: "0".into(), format: "ply".into(), skipped: 0 },
+                input: Input {
+                    points: n,
+                    sha256: "0".into(),
+                    format: "ply".into(),
+                    skipped: 0,
+                    unit: (n > 0).then_some(crate::geometry::LengthUnit::Mm),
+                    resolution: [0.0, 0.5, n as f64],
+                },
                 parameters: Parameters::default(),
                 regions: Vec::new(),
                 labels: Some(labels),

@@ -3,10 +3,13 @@ use std::time::Duration;
 use super::{AnswerError, ErrorKind};
 use crate::{
     formats::{Columns, Format, Hints},
+    geometry::LengthUnit,
     segment::{PARAMETERS, ParameterKind, ParameterSpec, Parameters},
 };
 
-const FORMATS: &[&str] = &["ply", "xyz", "pcd", "las", "e57", "stl", "obj"];
+const FORMATS: &[&str] = &["ply", "xyz", "ptx", "pcd", "las", "e57", "stl", "obj"];
+
+const UNITS: &[&str] = &["um", "mm", "cm", "m", "km", "in", "ft", "us_ft"];
 
 /// What a request may say beyond the method's parameters, in the same terms.
 pub const OPTIONS: &[ParameterSpec] = &[
@@ -23,6 +26,20 @@ pub const OPTIONS: &[ParameterSpec] = &[
         unit: None,
         default: None,
         help: "Which columns of a text are x, y and z, counted from 1, such as 2,3,4 behind a running number (by their names, or the first three, when absent)",
+    },
+    ParameterSpec {
+        name: "skip_lines",
+        kind: ParameterKind::Integer { min: 0, max: Hints::MAX_SKIP_LINES },
+        unit: None,
+        default: Some("0"),
+        help: "How many lines of a text to pass over before it begins, titles and protocols that carry no comment mark. Names of columns among them are not looked at",
+    },
+    ParameterSpec {
+        name: "unit",
+        kind: ParameterKind::Choice(UNITS),
+        unit: None,
+        default: None,
+        help: "The unit of the cloud's lengths (the one that the file states when absent: E57, LAS with a coordinate system, text with names such as 'x [mm]'). It is told in every answer and stated in STEP; nothing is converted",
     },
     ParameterSpec {
         name: "name",
@@ -81,6 +98,10 @@ pub struct Request {
     pub format: Option<Format>,
     /// The columns of a text; by their names or their place when absent.
     pub columns: Option<Columns>,
+    /// How many lines of a text are passed over.
+    pub skip_lines: usize,
+    /// The unit of the cloud's lengths; the file's when absent.
+    pub unit: Option<LengthUnit>,
     /// What the cloud is called.
     pub name: Option<String>,
     /// Whether the answer holds the labels.
@@ -99,6 +120,8 @@ impl Default for Request {
             parameters: Parameters::default(),
             format: None,
             columns: None,
+            skip_lines: 0,
+            unit: None,
             name: None,
             labels: true,
             snap: false,
@@ -146,6 +169,15 @@ impl Request {
             "columns" => {
                 self.columns = Some(columns(text).ok_or_else(|| invalid(name, value))?);
             }
+            "skip_lines" => {
+                let lines = text.parse::<u64>().ok().filter(|n| *n <= Hints::MAX_SKIP_LINES);
+                let lines = lines.and_then(|n| usize::try_from(n).ok());
+                self.skip_lines = lines.ok_or_else(|| invalid(name, value))?;
+            }
+            "unit" => {
+                let unit = LengthUnit::from_name(text);
+                self.unit = Some(unit.ok_or_else(|| invalid(name, value))?);
+            }
             "name" => {
                 let is_line = text.chars().count() <= MAX_NAME && !value.contains(char::is_control);
                 let line = is_line.then(|| text.to_owned()).ok_or_else(|| invalid(name, value))?;
@@ -175,7 +207,7 @@ impl Request {
 
     /// What the request says of the cloud's bytes.
     pub fn hints(&self) -> Hints {
-        Hints { format: self.format, columns: self.columns }
+        Hints { format: self.format, columns: self.columns, skip_lines: self.skip_lines }
     }
 
     /// Takes the format from where the request does not name it.
@@ -251,6 +283,8 @@ mod tests {
         let request = Request::from_pairs([
             ("format", "ply"),
             ("columns", "4, 3,2"),
+            ("skip_lines", "12"),
+            ("unit", "us_ft"),
             ("name", " bracket 2.ply "),
             ("labels", "none"),
             ("snap", "true"),
@@ -260,6 +294,7 @@ mod tests {
         let request = request.unwrap();
         assert_eq!(request.format, Some(Format::Ply));
         assert_eq!(request.hints().columns, Columns::new([4, 3, 2]));
+        assert_eq!((request.hints().skip_lines, request.unit), (12, Some(LengthUnit::UsFt)));
         assert_eq!(request.deadline, Some(Duration::from_millis(1500)));
         assert_eq!(request.name.as_deref(), Some("bracket 2.ply"));
         assert!(!request.labels && request.snap && request.parameters.tolerance == Some(0.25));
@@ -276,6 +311,7 @@ mod tests {
     #[test]
     fn the_format_list_is_the_formats_there_are() {
         assert_eq!(FORMATS, Format::ALL.map(Format::name));
+        assert_eq!(UNITS, LengthUnit::ALL.map(LengthUnit::name));
     }
 
     #[test]
@@ -311,6 +347,11 @@ mod tests {
             assert_eq!(kind("columns", value), Err(ErrorKind::InvalidParameter), "{value}");
         }
         assert!(kind("columns", "1,2,1000").is_ok());
+        for value in ["-1", "1.5", "1000001", ""] {
+            assert_eq!(kind("skip_lines", value), Err(ErrorKind::InvalidParameter), "{value}");
+        }
+        assert!(kind("skip_lines", "1000000").is_ok());
+        assert_eq!(kind("unit", "MM"), Err(ErrorKind::InvalidParameter));
         for value in ["two\nlines", "\ttab", &"x".repeat(256)] {
             assert_eq!(kind("name", value), Err(ErrorKind::InvalidParameter), "{value}");
         }

@@ -12,5 +12,5 @@ pub fn step(answer: &Answer) -> String {
         regions: &document.regions,
         noise: document.parameters.noise_sigma.unwrap_or(0.0),
     };
-    model::step(&source, &document.conicoid, region_color)
+    model::step(&source, document.input.unit, &document.conicoid, region_color)
 }

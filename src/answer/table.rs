@@ -1,6 +1,7 @@
 use super::Document;
 use crate::{
     formats::{DIMENSIONS, RegionRow},
+    geometry::LengthUnit,
     segment::Region,
 };
 
@@ -17,6 +18,7 @@ pub(super) fn rows(document: &Document) -> Vec<RegionRow> {
         local_origin: region.local_origin,
         local_coefficients: region.local_coefficients,
         surface: region.surface,
+        unit: document.input.unit.map(LengthUnit::name).unwrap_or_default(),
         dimensions: dimensions(region),
     };
     document.regions.iter().map(row).collect()

@@ -2,7 +2,10 @@ use std::sync::Arc;
 
 use super::{Document, Input, Request, Timing, UnassignedPoints};
 use crate::{
-    formats::Fields, geometry::PointCloud, model::relations::Relations, segment::Segmentation,
+    formats::Fields,
+    geometry::{LengthUnit, PointCloud},
+    model::relations::Relations,
+    segment::{Segmentation, Warning, resolution},
 };
 
 /// A result, and the cloud it is about.
@@ -23,7 +26,7 @@ impl Answer {
     /// bytes the cloud came in.
     pub fn new(
         cloud: Arc<PointCloud>,
-        found: Segmentation,
+        mut found: Segmentation,
         request: &Request,
         (sha256, format): (String, &str),
         timing: Timing,
@@ -33,7 +36,10 @@ impl Answer {
             sha256,
             format: format.to_owned(),
             skipped: cloud.skipped(),
+            unit: request.unit.or(cloud.unit),
+            resolution: resolution_of(&cloud, &found),
         };
+        found.warnings.extend(warnings(&cloud, request.unit));
         let document = document(&cloud, found, request.snap, input, timing);
         Self { document, cloud, fields: Fields::default(), name: request.name.clone() }
     }
@@ -48,6 +54,32 @@ impl Answer {
             None => labels.to_vec(),
         }
     }
+}
+
+/// The step of each coordinate, as it was seen or is known.
+fn resolution_of(cloud: &PointCloud, found: &Segmentation) -> [f64; 3] {
+    found.sampling.map_or_else(|| resolution(cloud), |sampling| sampling.steps)
+}
+
+/// What of the file limits the answer, or was decided about it.
+fn warnings(cloud: &PointCloud, unit: Option<LengthUnit>) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut warn = |code: &str, message| warnings.push(Warning { code: code.to_owned(), message });
+    if cloud.holes_at_origin > 0 {
+        let n = cloud.holes_at_origin;
+        warn("holes_at_origin", format!("{n} points at exactly 0, 0, 0 are taken for holes"));
+    }
+    if let (Some(given), Some(stated)) = (unit, cloud.unit)
+        && given != stated
+    {
+        warn(
+            "unit_differs",
+            format!(
+                "the file states its lengths in {stated}; they are labelled {given}, as asked, and not converted"
+            ),
+        );
+    }
+    warnings
 }
 
 fn document(

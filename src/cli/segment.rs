@@ -21,7 +21,7 @@ use super::{
     table::table,
 };
 use crate::{
-    formats::{Fields, Format, Limits},
+    formats::{Fields, Format, FormatError, Limits, Packing},
     jobs::Control,
     segment::{ParameterKind, ParameterSpec},
     service::{Answer, Representation, Request, compute, specs},
@@ -146,7 +146,7 @@ pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
     // a person who names no output wants to see what is there, not megabytes of labels
     let is_asked = args.output.is_some() || args.output_format.is_some();
     let is_written = is_asked || args.quiet || !io::stdout().is_terminal();
-    let bytes = read(&args.cloud)?;
+    let bytes = unpacked(read(&args.cloud)?)?;
     let is_shown = !args.quiet && io::stderr().is_terminal();
     let mut answer = segment(&bytes, &request, args.max_points, is_shown)?;
     let told = is_shown.then(|| table(&answer.document, request.name.as_deref().unwrap_or("-")));
@@ -186,6 +186,14 @@ fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
         return Ok(bytes);
     }
     fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()).into())
+}
+
+/// The bytes of a file that gzip or zstd packed, or of any other as they are.
+fn unpacked(bytes: Vec<u8>) -> Result<Vec<u8>, FormatError> {
+    match Packing::of(&bytes) {
+        Some(packing) => packing.unpack(&bytes, |_| Ok(())),
+        None => Ok(bytes),
+    }
 }
 
 fn segment(

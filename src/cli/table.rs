@@ -40,7 +40,7 @@ fn head(document: &Document, name: &str) -> String {
         if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let length = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), number);
     format!(
-        "{name}: {} surface{} in {} points, {} on no surface{reasons}, {:.2} s\nnoise {}, tolerance {}\n",
+        "{name}: {} surface{} in {} points, {} on no surface{reasons}, {:.2} s\nnoise {}, tolerance {}, {}\n",
         count(regions.len()),
         if regions.len() == 1 { "" } else { "s" },
         count(input.points),
@@ -48,6 +48,7 @@ fn head(document: &Document, name: &str) -> String {
         timing.total,
         length(parameters.noise_sigma),
         length(parameters.tolerance),
+        sheet::unit(input.unit),
     )
 }
 

@@ -1,4 +1,4 @@
-use super::Vec3;
+use super::{LengthUnit, Vec3};
 
 /// The rows and columns of an organised cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +23,12 @@ pub struct PointCloud {
     pub input_len: usize,
     /// Rows and columns, where the input was organised.
     pub grid: Option<Grid>,
+    /// The unit of its lengths, where the file states it.
+    pub unit: Option<LengthUnit>,
+    /// The step in which the file's numbers came before a pose was applied, as far as it is known: 0 where not.
+    pub resolution: f64,
+    /// How many of the skipped points stood at exactly 0, 0, 0, where so many do that they are taken for holes.
+    pub holes_at_origin: usize,
 }
 
 impl PointCloud {
@@ -31,11 +37,11 @@ impl PointCloud {
         let input_len = points.len();
         let finite = |p: &Vec3| p.x.is_finite() && p.y.is_finite() && p.z.is_finite();
         if points.iter().all(finite) {
-            return Self { points, input_index: None, input_len, grid: None };
+            return Self { points, input_len, ..Self::default() };
         }
         let index = (0u32..).zip(&points).filter(|(_, p)| finite(p)).map(|(i, _)| i).collect();
         points.retain(finite);
-        Self { points, input_index: Some(index), input_len, grid: None }
+        Self { points, input_index: Some(index), input_len, ..Self::default() }
     }
 
     /// How many input points were left out because a coordinate was not finite.

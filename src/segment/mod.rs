@@ -51,6 +51,7 @@ pub use parameters::{
     Method, PARAMETERS, ParameterError, ParameterKind, ParameterSpec, Parameters,
 };
 pub use pipeline::{LARGEST_COORDINATE, SMALLEST_EXTENT, SegmentError, segment};
+pub use prepare::steps::resolution;
 pub use rcond::grow::PoolError;
 pub use result::{
     Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Sampling, SamplingKind,

@@ -35,8 +35,8 @@ pub struct Sampling {
     pub along: f64,
     /// Median distance from the nearest one about at right angles to that: to the next line. 0 where there is none.
     pub across: f64,
-    /// The even step in which each coordinate comes (decimals, voxels, floating point far from the origin); 0 where it
-    /// comes in none.
+    /// The step in which each coordinate comes (decimals, voxels, single precision at the size of the coordinates); 0
+    /// where it comes in none.
     pub steps: [f64; 3],
 }
 
@@ -57,7 +57,8 @@ pub enum SamplingKind {
 /// Something of the input that limits the answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Warning {
-    /// What it is: `rows_apart`, `coordinate_steps`, `noise_above_spacing`. More may come.
+    /// What it is: `rows_apart`, `coordinate_steps`, `noise_above_spacing`, `holes_at_origin`, `unit_differs`. More may
+    /// come.
     pub code: String,
     /// The same in words, with the lengths in question.
     pub message: String,

@@ -25,7 +25,7 @@ pub fn compute(
         return Err(stop.into());
     }
     let begin = Instant::now();
-    let format = request.format.or_else(|| Format::detect(bytes));
+    let format = request.hints().format_of(bytes);
     trace::note(|facts| {
         (facts.format, facts.bytes) = (format.map(Format::name), Some(bytes.len()))
     });

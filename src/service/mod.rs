@@ -26,4 +26,4 @@ pub use representation::Representation;
 pub use request_id::request_id;
 pub use reread::Reread;
 pub use segmentations::{Service, ServiceConfig, StartError};
-pub use upload::{Allowance, Upload};
+pub use upload::{Allowance, Upload, WINDOW};

@@ -124,7 +124,7 @@ impl Representation {
                  signed distance from the own surface); empty where there is none"
             }
             Self::Step => {
-                "STEP AP242 in millimetres: a face for each region with its exact surface, edges that neighbours share where \
+                "STEP AP242 in the cloud's unit, or in millimetres where none is known: a face for each region with its exact surface, edges that neighbours share where \
                  their surfaces meet, vertices where three do; a border without a neighbour follows the points. What closes \
                  up is a solid; the description of each other product names the regions with an open border. Faces have \
                  names with the size and its standard deviation, and the regions' colours"
@@ -146,7 +146,7 @@ impl Representation {
                  `local_origin_z`, `local_a1` to `local_a10`, `major_radius`, `minor_radius` (of a torus), and its dimensions, angles in degrees, `_sd` = standard \
                  deviation: `end_1_x` to `end_2_z`, `length`, `length_sd`, `diameter`, `diameter_sd`, `end_radius_1`, \
                  `end_radius_2`, `full_angle_deg`, `swept_angle_deg`, `arc_angle_deg`, `arc_angle_sd_deg`, `side`, \
-                 `share_seen`, `area`, `size_1`, `size_2`; empty where a surface has none"
+                 `share_seen`, `area`, `size_1`, `size_2`, and `unit`, that of all lengths; empty where a surface has none, or the unit is not known"
             }
         }
     }

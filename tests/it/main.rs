@@ -21,6 +21,7 @@ mod contract;
 mod deploy;
 mod dimensions;
 mod example;
+mod files;
 mod jobs;
 mod joints;
 mod parameters;

@@ -78,7 +78,11 @@ fn cloud(document: &Document) -> Markup {
         table.facts {
             tr { th { "points" } td { (count(document.input.points)) } }
             @if document.input.skipped > 0 {
-                tr { th { "not finite" } td { (count(document.input.skipped)) } }
+                tr { th { "holes, or not finite" } td { (count(document.input.skipped)) } }
+            }
+            tr { th { "unit" } td { (document.input.unit.map_or_else(|| "not known".to_owned(), |unit| unit.to_string())) } }
+            @if document.input.resolution.iter().any(|step| *step > 0.0) {
+                tr { th { "steps of coordinates" } td { (document.input.resolution.map(number).join(", ")) } }
             }
             @if let Some(sampling) = &document.sampling {
                 tr { th { "sampling" } td { (kind(sampling.kind)) } }
@@ -87,9 +91,6 @@ fn cloud(document: &Document) -> Markup {
                 }
                 @if sampling.across > 0.0 {
                     tr { th { "spacing across" } td { (number(sampling.across)) } }
-                }
-                @if sampling.steps.iter().any(|step| *step > 0.0) {
-                    tr { th { "steps of coordinates" } td { (sampling.steps.map(number).join(", ")) } }
                 }
             }
             @for (reason, n) in reasons {

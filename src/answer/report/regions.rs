@@ -19,7 +19,7 @@ pub fn table(document: &Document) -> Markup {
                 p { "None was found." }
             } @else {
                 p.note {
-                    "Lengths are in the unit of the file. Behind ± stands one standard deviation; values without one "
+                    "All " (sheet::unit(document.input.unit)) ". Behind ± stands one standard deviation; values without one "
                     "are measured from the outermost points."
                 }
                 table {

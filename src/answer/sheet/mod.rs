@@ -6,7 +6,7 @@ mod digits;
 use serde_json::Value;
 
 use crate::{
-    geometry::{Surface, Vec3},
+    geometry::{LengthUnit, Surface, Vec3},
     segment::{Region, Side},
 };
 
@@ -19,6 +19,14 @@ pub struct Quantity {
     pub name: &'static str,
     /// Its value with its uncertainty, and its unit where that is not the input's.
     pub text: String,
+}
+
+/// What lengths are in: a unit, or that none is known.
+pub fn unit(unit: Option<LengthUnit>) -> String {
+    unit.map_or_else(
+        || "lengths in the cloud's unit, which is not known".to_owned(),
+        |unit| format!("lengths in {unit}"),
+    )
 }
 
 /// The type with its side: `cylinder, hole`.

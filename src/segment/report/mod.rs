@@ -37,13 +37,15 @@ use crate::segment::{
     Cancelled, Dimensions, Fit, Monitor, Parameters, Region, Segmentation, Unassigned,
 };
 
-/// The regions that meet the parameters' constraints, in the contract's terms and world coordinates.
+/// The regions that meet the parameters' constraints, in the contract's terms and world coordinates. `steps` are those
+/// that coordinates are known to come in.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
 pub fn report(
     parameters: &Parameters,
     found: Found,
+    steps: &[f64; 3],
     monitor: &dyn Monitor,
 ) -> Result<Segmentation, Cancelled> {
     let points = &found.points;
@@ -88,7 +90,7 @@ pub fn report(
     let mut regions: Vec<Region> = first.chain(further).collect();
     let labels = in_cloud_order(&labels, &found.places);
     count_points(&mut regions, &labels);
-    let sampled = sampled(points);
+    let sampled = sampled(points, steps);
     monitor.check()?;
     Ok(Segmentation {
         sampling: Some(sampling::told(&sampled)),

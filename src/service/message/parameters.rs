@@ -1,7 +1,7 @@
 use super::{count, v1};
 use crate::{
     formats::Format,
-    geometry::SurfaceType,
+    geometry::{LengthUnit, SurfaceType},
     segment::{Method, Parameters},
     service::{ErrorKind, Request, ServiceError},
 };
@@ -10,6 +10,14 @@ impl From<SurfaceType> for v1::SurfaceType {
     fn from(surface_type: SurfaceType) -> Self {
         let name = format!("SURFACE_TYPE_{}", surface_type.name().to_ascii_uppercase());
         // a test shows that every type has its name in the contract
+        Self::from_str_name(&name).unwrap_or_default()
+    }
+}
+
+impl From<LengthUnit> for v1::LengthUnit {
+    fn from(unit: LengthUnit) -> Self {
+        let name = format!("LENGTH_UNIT_{}", unit.name().to_ascii_uppercase());
+        // a test shows that every unit has its name in the contract
         Self::from_str_name(&name).unwrap_or_default()
     }
 }
@@ -80,6 +88,14 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
     if !message.columns.is_empty() {
         let columns = message.columns.iter().map(u32::to_string).collect::<Vec<_>>();
         request.set("columns", &columns.join(","))?;
+    }
+    if let Some(lines) = message.skip_lines {
+        request.set("skip_lines", &lines.to_string())?;
+    }
+    match v1::LengthUnit::try_from(message.unit) {
+        Ok(v1::LengthUnit::Unspecified) => {}
+        Ok(unit) => request.set("unit", &word(unit.as_str_name(), "LENGTH_UNIT_"))?,
+        Err(_) => return Err(unknown_number("unit", message.unit)),
     }
     if let Some(name) = &message.name {
         request.set("name", name)?;
@@ -167,6 +183,15 @@ mod tests {
         }
         for format in Format::ALL {
             assert_eq!(format_from_message(format_to_message(format.name())), Some(format));
+        }
+        for unit in LengthUnit::ALL {
+            let message = v1::SegmentRequest {
+                unit: v1::LengthUnit::from(unit).into(),
+                skip_lines: Some(7),
+                ..v1::SegmentRequest::default()
+            };
+            let request = request_from_message(&message).unwrap();
+            assert_eq!((request.unit, request.skip_lines), (Some(unit), 7));
         }
     }
 

@@ -27,11 +27,14 @@ impl From<Document> for v1::Segmentation {
 
 impl From<&Input> for v1::Input {
     fn from(input: &Input) -> Self {
+        let [x, y, z] = input.resolution;
         Self {
             points: count(input.points),
             sha256: input.sha256.clone(),
             format: format_to_message(&input.format).into(),
             skipped: count(input.skipped),
+            unit: input.unit.map_or(v1::LengthUnit::Unspecified, v1::LengthUnit::from).into(),
+            resolution: Some(v1::Vector { x, y, z }),
         }
     }
 }
