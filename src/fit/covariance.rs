@@ -61,6 +61,32 @@ impl Spread {
         inverse * (sigma * sigma * inflation / share)
     }
 
+    /// [`covariance`](Self::covariance) of the degrees of freedom that are `free`, where the others are known: their rows
+    /// and columns are zero.
+    pub fn covariance_of(&self, free: &[bool; MAX_DOF], sigma: f64, share: f64) -> DMatrix<f64> {
+        let p = self.information.nrows();
+        let kept: Vec<usize> = (0..p).filter(|&a| free[a]).collect();
+        if kept.len() == p {
+            return self.covariance(sigma, share);
+        }
+        let q = kept.len();
+        let information = DMatrix::from_fn(q, q, |a, b| self.information[(kept[a], kept[b])]);
+        let of_kept = |g: &[f64; MAX_DOF]| {
+            let mut own = [0.0; MAX_DOF];
+            kept.iter().enumerate().for_each(|(k, &a)| own[k] = g[a]);
+            own
+        };
+        let gradients = self.gradients.iter().map(of_kept).collect();
+        let mut all = DMatrix::zeros(p, p);
+        if q > 0 {
+            let part = Self { information, gradients }.covariance(sigma, share);
+            for (a, b) in (0..q).flat_map(|a| (0..q).map(move |b| (a, b))) {
+                all[(kept[a], kept[b])] = part[(a, b)];
+            }
+        }
+        all
+    }
+
     /// How many times more than independent residuals of deviation `sigma` would, the residuals shake the
     /// parameters, where each of the points stands for `share` like it; at least 1.
     pub fn inflation(&self, sigma: f64, share: f64) -> f64 {

@@ -52,6 +52,7 @@ pub fn compute(
         let cloud = trace::step("parse")
             .in_scope(|| formats::read(bytes, Hints { format, ..request.hints() }, &watched))
             .map_err(|e| told(named_otherwise(e.into(), request.format, bytes)))?;
+        let cloud = with_columns(cloud, bytes, format);
         let parse = begin.elapsed().as_secs_f64();
         let span = trace::step("segment");
         let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
@@ -79,6 +80,16 @@ pub fn compute(
         fields: Fields::default(),
         name: request.name.clone(),
     })
+}
+
+/// The cloud with what its file says of each point beside where it is: its labels and normals.
+fn with_columns(mut cloud: PointCloud, bytes: &[u8], format: Option<Format>) -> PointCloud {
+    if format == Some(Format::Ply) && Fields::are_told(bytes) {
+        let fields = Fields::of(bytes);
+        cloud.labels = fields.labels().and_then(|all| cloud.of_stored(all));
+        cloud.normals = fields.normals().and_then(|all| cloud.of_stored(all));
+    }
+    cloud
 }
 
 /// An error of reading, which says so where the bytes look like another format than the one that was named.
@@ -133,6 +144,7 @@ fn document(
         relation_scatter,
         measures,
         snapping,
+        hints: found.hints,
         counters: found.counters,
         timing,
     }

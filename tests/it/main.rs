@@ -20,6 +20,7 @@ mod constants;
 mod contract;
 mod deploy;
 mod dimensions;
+mod hints;
 mod jobs;
 mod joints;
 mod parameters;
