@@ -44,3 +44,6 @@ fn is_meant(cloud: &PointCloud, hint: &Hint, i: usize) -> bool {
 pub fn is_within(extent: &Extent, p: &Vec3) -> bool {
     (0..3).all(|k| p[k] >= extent.min[k] && p[k] <= extent.max[k])
 }
+
+#[cfg(test)]
+mod tests;

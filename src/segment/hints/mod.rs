@@ -8,6 +8,8 @@ pub mod apply;
 pub mod crop;
 mod draft;
 pub mod extend;
+#[cfg(test)]
+mod fixtures;
 pub mod local;
 mod merge;
 pub mod place;

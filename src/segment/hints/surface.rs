@@ -129,7 +129,7 @@ pub fn apply(
     }
     let sigma = sigma(found, &regions, parameters);
     let Some(proposal) = propose(found, members, hint, sigma, parameters, monitor)? else {
-        let message = format!("the points there are none of {}", names(hint));
+        let message = format!("the points there tell no {}", names(hint));
         return Ok(Draft::new(number, Outcome::Contradicted, about, message));
     };
     let Proposal { shape, inliers, compared } = proposal;
@@ -181,7 +181,7 @@ fn name(shape: &Shape) -> String {
 fn names(hint: &Hint) -> String {
     let all: Vec<_> =
         allowed(hint).iter().map(|f| f.surface_type().name().replace('_', " ")).collect();
-    all.join(", ")
+    all.join(" or ")
 }
 
 /// The points that the surface must explain for the hint to be right: all that are meant; where a box means them, those of

@@ -84,7 +84,6 @@ fn read(message: &v1::Hint) -> Result<Hint, ServiceError> {
         Err(_) => return Err(unknown(message.action)),
     };
     let told = v1::SurfaceType::try_from(message.r#type).map_err(|_| unknown(message.r#type))?;
-    let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
     let corners = |e: v1::Extent| Extent {
         min: e.min.map(list).unwrap_or_default(),
         max: e.max.map(list).unwrap_or_default(),
@@ -100,17 +99,19 @@ fn read(message: &v1::Hint) -> Result<Hint, ServiceError> {
         axis_direction: message.axis_direction.map(list),
         axis_tolerance: message.axis_tolerance,
     };
-    let numbers = [hint.radius, hint.radius_tolerance, hint.axis_tolerance];
-    let places = hint.at.iter().chain(&hint.axis_direction);
-    let corners = hint.extent.iter().flat_map(|e| [&e.min, &e.max]);
     // JSON has no other numbers: what it makes of them would be told as something else
-    let all_finite =
-        numbers.iter().flatten().all(|x| x.is_finite()) && places.chain(corners).all(|v| finite(v));
-    if all_finite {
+    if is_finite(&hint) {
         Ok(hint)
     } else {
         Err(wrong("parameter 'hints': a number is not finite".to_owned()))
     }
+}
+
+fn is_finite(hint: &Hint) -> bool {
+    let numbers = [hint.radius, hint.radius_tolerance, hint.axis_tolerance];
+    let corners = hint.extent.iter().flat_map(|e| [e.min, e.max]);
+    let places = hint.at.iter().chain(&hint.axis_direction).copied().chain(corners);
+    numbers.into_iter().flatten().chain(places.flatten()).all(f64::is_finite)
 }
 
 #[cfg(test)]
