@@ -20,6 +20,7 @@ mod constants;
 mod contract;
 mod deploy;
 mod dimensions;
+mod example;
 mod hints;
 mod jobs;
 mod joints;

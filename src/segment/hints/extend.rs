@@ -12,7 +12,6 @@ use crate::segment::label::relabel::relabel;
 use crate::segment::moves::merge;
 use crate::segment::objective::{ACCEPT, LITTLE};
 use crate::segment::partition::Partition;
-use crate::segment::prepare::place::place;
 use crate::segment::{Cancelled, Monitor, Parameters};
 
 constants! {
@@ -100,13 +99,13 @@ fn join(
 
 /// The labels of the scene's points.
 fn scene_labels(found: &Found) -> Vec<i32> {
-    let (m, n) = (found.scene.len(), found.labels.len());
-    (0..m).map(|k| found.labels[place(k, m, n)]).collect()
+    found.scene.places.iter().map(|&i| found.labels[i as usize]).collect()
 }
 
 /// Labels the points beside the region at `own` anew, those of surfaces that were told apart. Returns how many changed.
 fn claim(found: &mut Found, own: usize, sigma: f64) -> usize {
-    let (m, n) = (found.scene.len(), found.labels.len());
+    let places = &found.scene.places;
+    let (m, n) = (places.len(), found.labels.len());
     let before = scene_labels(found);
     let mut after = before.clone();
     let blocks: Vec<usize> = (0..m.div_ceil(BLOCK)).collect();
@@ -129,8 +128,10 @@ fn claim(found: &mut Found, own: usize, sigma: f64) -> usize {
         .into_par_iter()
         .with_min_len(4096)
         .map(|i| {
-            let (q, l) = (i * m / n, found.labels[i]);
-            if place(q, m, n) == i {
+            let l = found.labels[i];
+            // the point of the scene that is this one, or the next before it
+            let q = places.partition_point(|&k| k as usize <= i).saturating_sub(1);
+            if places[q] as usize == i {
                 return after[q];
             }
             let beside = [q, (q + 1).min(m - 1)];

@@ -82,7 +82,7 @@ pub fn propose(
     }
     let Some((_, _, free)) = best else { return Ok(None) };
     let inliers = within(found, members, &free, reach);
-    let compared = compare(found, &inliers, &free, sigma, hint);
+    let compared = compare(found, &inliers, &free, hint);
     let shape = if compared.held.is_nothing() {
         free
     } else {

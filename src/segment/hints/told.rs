@@ -4,7 +4,7 @@ use crate::fit::{Family, Held, Shape};
 use crate::geometry::Vec3;
 use crate::segment::Hint;
 use crate::segment::found::Found;
-use crate::segment::hints::local::{FITTED, points_of, thinned};
+use crate::segment::hints::local::{FITTED, points_of, rms, thinned};
 use crate::segment::objective::ACCEPT;
 use crate::segment::report::uncertainty::Uncertainty;
 
@@ -18,13 +18,17 @@ pub struct Compared {
     pub denied: Vec<String>,
 }
 
-/// Compares the radius and direction of a hint with those of `free`, fitted to `members` by itself.
-pub fn compare(found: &Found, members: &[u32], free: &Shape, sigma: f64, hint: &Hint) -> Compared {
+/// Compares the radius and direction of a hint with those of `free`, fitted to `members` by itself. How exactly the points
+/// tell these follows from their scatter about it, as in what is reported.
+pub fn compare(found: &Found, members: &[u32], free: &Shape, hint: &Hint) -> Compared {
     let mut out = Compared { held: Held::default(), misfit: None, denied: Vec::new() };
     let some = points_of(found, &thinned(members, FITTED.get()));
     let centroid = some.iter().sum::<Vec3>() / some.len().max(1) as f64;
     let share = members.len() as f64 / some.len().max(1) as f64;
     let shape = free.recentred(&centroid);
+    let freedom = members.len().saturating_sub(shape.family.dof()).max(1) as f64;
+    let scatter = rms(found, members, free) * (members.len() as f64 / freedom).sqrt();
+    let sigma = found.rounding.max(scatter);
     let known = Uncertainty::of(&shape, &some, share, sigma);
     let variance =
         |a: usize, b: usize| known.as_ref().map_or(f64::INFINITY, |k| k.of_freedoms[(a, b)]);

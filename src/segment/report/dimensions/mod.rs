@@ -18,7 +18,6 @@ use crate::fit::{Family, Shape};
 use crate::geometry::Vec3;
 use crate::segment::dimensions::Dimensions;
 use crate::segment::found::Found;
-use crate::segment::prepare::place::place;
 use crate::segment::report::constraints::Candidate;
 use crate::segment::report::dimensions::around::Arc;
 use crate::segment::report::dimensions::ends::{Ends, Place, radial};
@@ -53,8 +52,8 @@ pub fn all(
     let sides = match &found.normals {
         None => sides,
         Some(normals) => {
-            let (m, n) = (found.scene.len(), normals.len());
-            by_normals(&found.scene, labels, surfaces, |k| normals[place(k, m, n)], &sides)
+            let normal = |k: usize| normals[found.scene.places[k] as usize];
+            by_normals(&found.scene, labels, surfaces, normal, &sides)
         }
     };
     let one = |(id, candidate): (usize, &Candidate)| {
