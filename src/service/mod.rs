@@ -3,30 +3,26 @@
 
 mod announced;
 mod compute;
-mod document;
 mod error;
 mod jobs;
 mod keys;
 pub mod message;
 mod peer;
-mod report;
 mod representation;
-mod request;
 mod request_id;
 mod reread;
 mod segmentations;
-pub mod sheet;
-mod step;
 mod upload;
 
-pub use compute::{Answer, compute, sha256};
-pub use document::{Document, Input, Timing, UnassignedPoints};
+pub use crate::answer::{
+    Answer, Document, Input, OPTIONS, REPORT_POLICY, Request, Timing, UnassignedPoints, is_list,
+    sha256, sheet, specs, unknown_format, unknown_parameter,
+};
+pub use compute::compute;
 pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
 pub use keys::{Caller, Keys, KeysError};
 pub use peer::Peer;
-pub use report::REPORT_POLICY;
 pub use representation::Representation;
-pub use request::{OPTIONS, Request, is_list, specs, unknown_format, unknown_parameter};
 pub use request_id::request_id;
 pub use reread::Reread;
 pub use segmentations::{Service, ServiceConfig, StartError};

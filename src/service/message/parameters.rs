@@ -69,9 +69,8 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
         request.set("labels", "none")?;
     }
     let format = v1::Format::try_from(message.format);
-    let format = format.map_err(|_| {
-        super::super::request::unknown_format(&format!("number {}", message.format))
-    })?;
+    let format = format
+        .map_err(|_| crate::service::unknown_format(&format!("number {}", message.format)))?;
     request.set_format(format_from_message(format));
     if message.snap {
         request.set("snap", "true")?;

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use super::{ErrorKind, ServiceError};
+use super::{AnswerError, ErrorKind};
 use crate::{
     formats::{Columns, Format, Hints},
     segment::{MAX_HINT_BYTES, PARAMETERS, ParameterKind, ParameterSpec, Parameters},
@@ -115,7 +115,7 @@ impl Request {
     /// A name is unknown, or a value is not one its parameter takes.
     pub fn from_pairs<'a>(
         pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
-    ) -> Result<Self, ServiceError> {
+    ) -> Result<Self, AnswerError> {
         let mut request = Self::default();
         for (name, value) in pairs {
             request.set(name, value)?;
@@ -132,7 +132,7 @@ impl Request {
     ///
     /// # Errors
     /// The name is unknown, or the value is not one it takes.
-    pub fn set(&mut self, name: &str, value: &str) -> Result<(), ServiceError> {
+    pub fn set(&mut self, name: &str, value: &str) -> Result<(), AnswerError> {
         let text = value.trim();
         check_length(name, text)?;
         match name {
@@ -188,7 +188,7 @@ impl Request {
 }
 
 /// Refuses texts longer than any value needs, which would only be kept.
-fn check_length(name: &str, text: &str) -> Result<(), ServiceError> {
+fn check_length(name: &str, text: &str) -> Result<(), AnswerError> {
     let Some(spec) = specs().find(|spec| spec.name == name) else { return Ok(()) };
     let most = match spec.kind {
         // the longest characters take four bytes
@@ -204,7 +204,7 @@ fn check_length(name: &str, text: &str) -> Result<(), ServiceError> {
         "parameter '{name}': a text of {} bytes is longer than {most}: write the value shorter",
         text.len()
     );
-    Err(ServiceError::new(ErrorKind::InvalidParameter, detail))
+    Err(AnswerError::new(ErrorKind::InvalidParameter, detail))
 }
 
 fn columns(text: &str) -> Option<Columns> {
@@ -213,31 +213,31 @@ fn columns(text: &str) -> Option<Columns> {
     Columns::new(numbers.try_into().ok()?)
 }
 
-fn invalid(name: &str, value: &str) -> ServiceError {
+fn invalid(name: &str, value: &str) -> AnswerError {
     let expected = OPTIONS.iter().find(|spec| spec.name == name).map(|spec| spec.kind.to_string());
-    ServiceError::new(
+    AnswerError::new(
         ErrorKind::InvalidParameter,
         format!("parameter '{name}': '{value}' is not {}", expected.unwrap_or_default()),
     )
 }
 
 /// The error for a parameter that nobody knows.
-pub fn unknown_parameter(name: &str) -> ServiceError {
+pub fn unknown_parameter(name: &str) -> AnswerError {
     let known = specs().map(|spec| spec.name).collect::<Vec<_>>().join(", ");
-    ServiceError::new(
+    AnswerError::new(
         ErrorKind::UnknownParameter,
         format!("unknown parameter '{name}'; known ones: {known}"),
     )
 }
 
 /// The error for a format nobody reads.
-pub fn unknown_format(name: &str) -> ServiceError {
+pub fn unknown_format(name: &str) -> AnswerError {
     let known = Format::ALL.map(|format| match format.extensions() {
         [_] => format.name().to_owned(),
         [_, others @ ..] => format!("{} ({})", format.name(), others.join(", ")),
         [] => String::new(),
     });
-    ServiceError::new(
+    AnswerError::new(
         ErrorKind::UnknownFormat,
         format!("'{name}' is not a known format; known ones: {}", known.join(", ")),
     )

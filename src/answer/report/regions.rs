@@ -2,12 +2,12 @@ use maud::{Markup, html};
 
 use super::histogram::Histogram;
 use crate::{
-    formats::region_color,
-    segment::Region,
-    service::{
+    answer::{
         Document,
         sheet::{self, Quantity, count, number},
     },
+    formats::region_color,
+    segment::Region,
 };
 
 /// One row a surface.

@@ -1,11 +1,11 @@
 use maud::{Markup, html};
 
 use crate::{
-    model::relations::Relation,
-    service::{
+    answer::{
         Document,
         sheet::{in_common, measure, off, related, relation_name},
     },
+    model::relations::Relation,
 };
 
 /// What holds between the surfaces, and what was measured between them.

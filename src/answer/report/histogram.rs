@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use crate::service::sheet::number;
+use crate::answer::sheet::number;
 
 /// Bars of a histogram; odd, so that one stands about zero.
 const BARS: usize = 41;

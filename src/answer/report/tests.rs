@@ -1,8 +1,10 @@
 use super::*;
+use std::sync::Arc;
+
 use crate::{
-    formats::Limits,
-    jobs::Control,
-    service::{Representation, Request, compute},
+    answer::{Form, Request, Timing, sha256},
+    formats::{self, Limits},
+    segment::{Silent, segment},
 };
 
 /// A ball of radius 10 about (0, 0, 10) on a plate of 40 x 40, as text.
@@ -25,13 +27,19 @@ fn ball_on_a_plate() -> String {
 
 fn answer(name: &str) -> Answer {
     let request = Request::from_pairs([("name", name), ("min_points", "77")]).unwrap();
-    let bytes = ball_on_a_plate();
-    compute(bytes.as_bytes(), &request, &Limits::default(), &Control::new(None)).unwrap()
+    found_in(&ball_on_a_plate(), &request)
+}
+
+fn found_in(text: &str, request: &Request) -> Answer {
+    let cloud = formats::read(text.as_bytes(), None, &Limits::default()).unwrap();
+    let found = segment(&cloud, &request.parameters, &Silent).unwrap();
+    let source = (sha256(text.as_bytes()), "xyz");
+    Answer::new(Arc::new(cloud), found, request, source, Timing::default())
 }
 
 fn written(name: &str) -> (Answer, String) {
     let answer = answer(name);
-    let html = Representation::Html.render(answer.clone(), true).unwrap();
+    let html = Form::Html.write(answer.clone(), true).unwrap();
     (answer, String::from_utf8(html).unwrap())
 }
 
@@ -117,9 +125,8 @@ fn a_cloud_without_surfaces_has_a_report_too() {
         text += &format!("{} {} {}\n", random(), random(), random());
     }
     let request = Request::default();
-    let answer =
-        compute(text.as_bytes(), &request, &Limits::default(), &Control::new(None)).unwrap();
+    let answer = found_in(&text, &request);
     assert!(answer.document.regions.is_empty());
-    let html = String::from_utf8(Representation::Html.render(answer, true).unwrap()).unwrap();
+    let html = String::from_utf8(Form::Html.write(answer, true).unwrap()).unwrap();
     assert!(html.contains("None was found") && html.contains("Point cloud"));
 }

@@ -94,12 +94,7 @@ pub fn picture(answer: &Answer) -> io::Result<Vec<u8>> {
     let Answer { document, cloud, .. } = answer;
     let labels = document.labels();
     let normals = surface_normals(cloud, labels, &document.regions);
-    let stored: Vec<i32> = match &cloud.input_index {
-        Some(index) => {
-            index.iter().map(|at| labels.get(*at as usize).copied().unwrap_or(-1)).collect()
-        }
-        None => labels.to_vec(),
-    };
+    let stored = answer.stored_labels();
     let scene = Scene { points: &cloud.points, labels: &stored, normals: &normals };
     let mut bytes = Vec::new();
     write_picture(&mut bytes, &scene)?;

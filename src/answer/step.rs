@@ -5,11 +5,7 @@ use crate::model::{self, Source};
 /// The STEP file of an answer.
 pub fn step(answer: &Answer) -> String {
     let Answer { document, cloud, .. } = answer;
-    let labels = document.labels();
-    let stored: Vec<i32> = match &cloud.input_index {
-        Some(index) => index.iter().map(|&i| labels[i as usize]).collect(),
-        None => labels.to_vec(),
-    };
+    let stored = answer.stored_labels();
     let source = Source {
         points: &cloud.points,
         labels: &stored,

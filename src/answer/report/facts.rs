@@ -2,11 +2,11 @@ use maud::{Markup, html};
 use serde_json::Value;
 
 use crate::{
-    segment::{Outcome, Parameters, SamplingKind},
-    service::{
+    answer::{
         Answer, Document,
         sheet::{count, number},
     },
+    segment::{Outcome, Parameters, SamplingKind},
 };
 
 /// What was found, in a few numbers, and what limits it.
