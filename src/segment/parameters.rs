@@ -2,6 +2,7 @@ mod error;
 mod given;
 mod hint;
 mod kind;
+mod limits;
 mod method;
 mod table;
 
@@ -11,8 +12,9 @@ use crate::geometry::SurfaceType;
 use given::Given;
 
 pub use error::ParameterError;
-pub use hint::{EXAMPLE as HINT_EXAMPLE, Hint, HintAction, MAX_HINT_BYTES, MAX_HINTS};
+pub use hint::{EXAMPLE as HINT_EXAMPLE, Hint, HintAction};
 pub use kind::ParameterKind;
+pub use limits::{MAX_HINT_BYTES, MAX_HINTS};
 pub use method::Method;
 pub use table::{PARAMETERS, ParameterSpec};
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::ParameterError;
+use super::limits::{LARGEST_TOLD, MAX_HINTS, MAX_PLACES};
 use crate::geometry::SurfaceType;
 use crate::segment::Extent;
 
@@ -63,15 +64,6 @@ pub enum HintAction {
     Crop,
 }
 
-/// Most hints of one request.
-pub const MAX_HINTS: usize = 64;
-/// Most points, and most labels, of one hint.
-pub const MAX_PLACES: usize = 64;
-/// Longest text of all hints, in bytes.
-pub const MAX_HINT_BYTES: usize = 48 << 10;
-/// Largest coordinate, radius or tolerance.
-const LARGEST: f64 = 1e12;
-
 /// Reads the hints in a JSON text: a list of objects, or objects with commas between them.
 ///
 /// # Errors
@@ -122,8 +114,8 @@ impl Hint {
             }
         }
         let corners = extent.iter().flat_map(|e| [e.min, e.max]);
-        if at.iter().copied().chain(corners).flatten().any(|x| x.abs() > LARGEST) {
-            return Some(format!("a coordinate is beyond {LARGEST:e}"));
+        if at.iter().copied().chain(corners).flatten().any(|x| x.abs() > LARGEST_TOLD) {
+            return Some(format!("a coordinate is beyond {LARGEST_TOLD:e}"));
         }
         let empty = |e: &Extent| (0..3).any(|k| e.min[k] > e.max[k]);
         extent.filter(empty).map(|_| "'extent' is empty: its 'min' is above its 'max'".to_owned())
@@ -161,8 +153,8 @@ impl Hint {
                 .map(|v| format!("'{name}' {v} is not a number {from} {most}"))
         };
         let half = std::f64::consts::FRAC_PI_2;
-        range("radius", self.radius, LARGEST, false)
-            .or_else(|| range("radius_tolerance", self.radius_tolerance, LARGEST, true))
+        range("radius", self.radius, LARGEST_TOLD, false)
+            .or_else(|| range("radius_tolerance", self.radius_tolerance, LARGEST_TOLD, true))
             .or_else(|| range("axis_tolerance", self.axis_tolerance, half, true))
             .or_else(|| self.wrong_company())
     }
@@ -175,10 +167,10 @@ impl Hint {
             return Some("'axis_tolerance' is given without 'axis_direction'".to_owned());
         }
         let zero =
-            |d: &[f64; 3]| d.iter().all(|x| *x == 0.0) || d.iter().any(|x| x.abs() > LARGEST);
+            |d: &[f64; 3]| d.iter().all(|x| *x == 0.0) || d.iter().any(|x| x.abs() > LARGEST_TOLD);
         self.axis_direction.filter(zero).map(|_| {
             format!(
-                "'axis_direction' is no direction: give three numbers up to {LARGEST:e}, not all 0"
+                "'axis_direction' is no direction: give three numbers up to {LARGEST_TOLD:e}, not all 0"
             )
         })
     }

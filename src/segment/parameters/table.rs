@@ -1,5 +1,5 @@
-use super::hint::MAX_HINTS;
 use super::kind::ParameterKind;
+use super::limits::MAX_HINTS;
 
 /// One row of the parameter table.
 #[derive(Clone, Copy, Debug, PartialEq)]
