@@ -1,4 +1,4 @@
-use super::{count, parameters::word, v1};
+use super::{count, v1};
 use crate::{
     geometry::SurfaceType,
     segment::{Extent, Hint, HintAction, HintOutcome, Outcome},
@@ -93,7 +93,7 @@ fn read(message: &v1::Hint) -> Result<Hint, ServiceError> {
         at: message.at.iter().map(|v| list(*v)).collect(),
         extent: message.extent.map(corners),
         labels: message.labels.clone(),
-        surface_type: SurfaceType::from_name(&word(told.as_str_name(), "SURFACE_TYPE_")),
+        surface_type: SurfaceType::from_name(&name_of(told)),
         radius: message.radius,
         radius_tolerance: message.radius_tolerance,
         axis_direction: message.axis_direction.map(list),
@@ -105,6 +105,11 @@ fn read(message: &v1::Hint) -> Result<Hint, ServiceError> {
     } else {
         Err(wrong("parameter 'hints': a number is not finite".to_owned()))
     }
+}
+
+/// The name of a type; that of none where it is not given.
+fn name_of(told: v1::SurfaceType) -> String {
+    told.as_str_name().trim_start_matches("SURFACE_TYPE_").to_ascii_lowercase()
 }
 
 fn is_finite(hint: &Hint) -> bool {

@@ -119,7 +119,7 @@ impl Request {
     }
 }
 
-pub(super) fn word(name: &str, prefix: &str) -> String {
+fn word(name: &str, prefix: &str) -> String {
     name.trim_start_matches(prefix).to_ascii_lowercase()
 }
 
