@@ -229,7 +229,6 @@ mod tests {
     use super::super::fits::Random;
     use super::super::least_squares::{Options, fit};
     use super::super::shape::{Family, Shape};
-    use super::*;
     use crate::geometry::Vec3;
 
     /// The plane fitted to points 10 x 10 about z = 0 whose heights are `height`, the points, and how high it lies
