@@ -69,7 +69,7 @@ impl Args for RequestArgs {
 }
 
 /// The flag of one row.
-fn flag(spec: &'static ParameterSpec) -> Arg {
+pub(super) fn flag(spec: &'static ParameterSpec) -> Arg {
     let long = spec.name.replace('_', "-");
     let help = match spec.default {
         Some(default) => format!("{} [default: {default}]", spec.help),
@@ -179,7 +179,8 @@ fn is_dash(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
+/// The bytes of a file, or of standard input.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
     let mut bytes = Vec::new();
     if is_dash(path) {
         io::stdin().lock().read_to_end(&mut bytes)?;

@@ -7,6 +7,7 @@ mod constrained;
 pub(crate) mod covariance;
 mod direct;
 mod eigen;
+pub mod feature;
 #[cfg(test)]
 pub(crate) mod fits;
 pub(crate) mod general;

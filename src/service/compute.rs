@@ -81,6 +81,36 @@ pub fn compute(
     })
 }
 
+/// Reads the cloud in `bytes` for a use case that takes next to no time.
+///
+/// # Errors
+/// The cloud cannot be read, or `control` stopped the run.
+pub(super) fn read(
+    bytes: &[u8],
+    request: &Request,
+    limits: &Limits,
+    control: &Control,
+) -> Result<(PointCloud, Input), ServiceError> {
+    let format = request.format.or_else(|| Format::detect(bytes));
+    trace::note(|facts| {
+        (facts.format, facts.bytes) = (format.map(Format::name), Some(bytes.len()))
+    });
+    let stopped = || control.stop().is_some();
+    let watched = Watched { limits: *limits, stopped: &stopped };
+    let told = |error: ServiceError| control.stop().map_or(error, ServiceError::from);
+    let cloud = trace::step("parse")
+        .in_scope(|| formats::read(bytes, Hints { format, ..request.hints() }, &watched))
+        .map_err(|e| told(named_otherwise(e.into(), request.format, bytes)))?;
+    trace::note(|facts| facts.points = Some(cloud.input_len));
+    let input = Input {
+        points: cloud.input_len,
+        sha256: sha256(bytes),
+        format: format.map(Format::name).unwrap_or_default().to_owned(),
+        skipped: cloud.skipped(),
+    };
+    Ok((cloud, input))
+}
+
 /// An error of reading, which says so where the bytes look like another format than the one that was named.
 fn named_otherwise(error: ServiceError, named: Option<Format>, bytes: &[u8]) -> ServiceError {
     let (Some(named), Some(seen)) = (named, Format::detect(bytes)) else { return error };

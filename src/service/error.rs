@@ -19,6 +19,8 @@ pub enum ErrorKind {
     NoFinitePoints,
     /// The cloud has too few points for any region.
     TooFewPoints,
+    /// The points do not determine the feature that is to be fitted.
+    NotDetermined,
     /// A coordinate is too large, or the points are too close together, to be worked with.
     ExtentOutOfRange,
     /// The format is not known or not to be told.
@@ -111,6 +113,13 @@ pub const ERRORS: &[ErrorRow] = {
         row(K::MalformedCloud, "malformed_cloud", 422, InvalidArgument, "The cloud cannot be read"),
         row(K::NoFinitePoints, "no_finite_points", 422, InvalidArgument, "No point is finite"),
         row(K::TooFewPoints, "too_few_points", 422, InvalidArgument, "The cloud is too small"),
+        row(
+            K::NotDetermined,
+            "not_determined",
+            422,
+            InvalidArgument,
+            "The points do not determine the feature",
+        ),
         row(
             K::ExtentOutOfRange,
             "extent_out_of_range",

@@ -5,6 +5,7 @@ mod announced;
 mod compute;
 mod document;
 mod error;
+mod fits;
 mod jobs;
 mod keys;
 pub mod message;
@@ -22,11 +23,18 @@ mod upload;
 pub use compute::{Answer, compute, sha256};
 pub use document::{Document, Input, Timing, UnassignedPoints};
 pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
+pub use fits::{
+    Certificate, Contact, Convergence, Determination, FIT_PARAMETERS, FeatureUncertainty,
+    FitDocument, FitParameters, FitRequest, Form, ParameterUncertainty, PassedThrough, Residuals,
+    compute_fit, fit_specs, unknown_fit_parameter,
+};
 pub use keys::{Caller, Keys, KeysError};
 pub use peer::Peer;
 pub use report::REPORT_POLICY;
 pub use representation::Representation;
-pub use request::{OPTIONS, Request, is_list, specs, unknown_format, unknown_parameter};
+pub use request::{
+    OPTIONS, ParameterForm, Request, is_list, specs, unknown_format, unknown_parameter,
+};
 pub use request_id::request_id;
 pub use reread::Reread;
 pub use segmentations::{Service, ServiceConfig, StartError};

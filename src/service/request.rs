@@ -72,6 +72,28 @@ pub fn is_list(spec: &ParameterSpec) -> bool {
     matches!(spec.kind, List(_) | Direction | Columns { .. })
 }
 
+/// A request that is set by names and text, from queries, forms, messages and flags.
+pub trait ParameterForm {
+    /// Sets one option or parameter from text.
+    ///
+    /// # Errors
+    /// The name is unknown, or the value is not one it takes.
+    fn set(&mut self, name: &str, value: &str) -> Result<(), ServiceError>;
+
+    /// What it says of the cloud, and all that was set.
+    fn request(&mut self) -> &mut Request;
+}
+
+impl ParameterForm for Request {
+    fn set(&mut self, name: &str, value: &str) -> Result<(), ServiceError> {
+        Self::set(self, name, value)
+    }
+
+    fn request(&mut self) -> &mut Request {
+        self
+    }
+}
+
 /// What to do with a cloud.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
@@ -134,7 +156,9 @@ impl Request {
     /// The name is unknown, or the value is not one it takes.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), ServiceError> {
         let text = value.trim();
-        check_length(name, text)?;
+        if let Some(spec) = specs().find(|spec| spec.name == name) {
+            check_length(spec, text)?;
+        }
         match name {
             "format" => {
                 let format = Format::from_extension(text).ok_or_else(|| unknown_format(text))?;
@@ -188,8 +212,7 @@ impl Request {
 }
 
 /// Refuses texts longer than any value needs, which would only be kept.
-fn check_length(name: &str, text: &str) -> Result<(), ServiceError> {
-    let Some(spec) = specs().find(|spec| spec.name == name) else { return Ok(()) };
+pub(super) fn check_length(spec: &ParameterSpec, text: &str) -> Result<(), ServiceError> {
     let most = match spec.kind {
         // the longest characters take four bytes
         ParameterKind::Text { max } => 4 * max,
@@ -200,7 +223,8 @@ fn check_length(name: &str, text: &str) -> Result<(), ServiceError> {
         return Ok(());
     }
     let detail = format!(
-        "parameter '{name}': a text of {} bytes is longer than {most}: write the value shorter",
+        "parameter '{}': a text of {} bytes is longer than {most}: write the value shorter",
+        spec.name,
         text.len()
     );
     Err(ServiceError::new(ErrorKind::InvalidParameter, detail))
@@ -222,11 +246,16 @@ fn invalid(name: &str, value: &str) -> ServiceError {
 
 /// The error for a parameter that nobody knows.
 pub fn unknown_parameter(name: &str) -> ServiceError {
-    let known = specs().map(|spec| spec.name).collect::<Vec<_>>().join(", ");
+    let known = known_names(specs());
     ServiceError::new(
         ErrorKind::UnknownParameter,
         format!("unknown parameter '{name}'; known ones: {known}"),
     )
+}
+
+/// The names of some parameters, as errors list them.
+pub(super) fn known_names(specs: impl Iterator<Item = &'static ParameterSpec>) -> String {
+    specs.map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
 /// The error for a format nobody reads.
