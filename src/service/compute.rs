@@ -2,6 +2,7 @@ use std::{sync::Arc, time::Instant};
 
 use sha2::{Digest, Sha256};
 
+use super::fits::region_fits;
 use super::{Document, Input, Request, ServiceError, Timing, UnassignedPoints};
 use crate::{
     formats::{self, Fields, Format, Hints, Limits, Watched},
@@ -72,7 +73,7 @@ pub fn compute(
         format: format.map(Format::name).unwrap_or_default().to_owned(),
         skipped: cloud.skipped(),
     };
-    let document = document(&cloud, found, request.snap, input, timing);
+    let document = document(&cloud, found, request, input, timing);
     Ok(Answer {
         document,
         cloud: Arc::new(cloud),
@@ -136,13 +137,16 @@ fn describe(span: &tracing::Span, cloud: &PointCloud, found: &Segmentation, timi
 fn document(
     cloud: &PointCloud,
     found: Segmentation,
-    snap: bool,
+    request: &Request,
     input: Input,
     timing: Timing,
 ) -> Document {
     let mut regions = found.regions;
     let mut relations = Relations::of(&regions);
-    let snapping = if snap { relations.snap(&mut regions) } else { None };
+    let snapping = if request.snap { relations.snap(&mut regions) } else { None };
+    let fits = request
+        .association
+        .map(|association| region_fits(cloud, &found.labels, &regions, association, &input));
     let relation_scatter = relations.scatter;
     let (relations, measures) = relations.told();
     let reasons = found.unassigned.reasons.into_iter().map(|(why, n)| (why.to_owned(), n));
@@ -163,6 +167,7 @@ fn document(
         relation_scatter,
         measures,
         snapping,
+        fits: fits.unwrap_or_default(),
         counters: found.counters,
         timing,
     }

@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::RegionFit;
 use crate::model::relations::{Measure, Relation, Snapping};
 use crate::segment::{Counters, Parameters, Region, Sampling, Warning};
 
@@ -45,6 +46,9 @@ pub struct Document {
     /// What it took to make all accepted relations hold exactly; with `snap` alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub snapping: Option<Snapping>,
+    /// The feature of each region by the association asked for; with `association` alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fits: Vec<RegionFit>,
     /// How much work the method did.
     pub counters: Counters,
     /// How long the steps took: the one part that differs between two runs.

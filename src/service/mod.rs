@@ -24,9 +24,9 @@ pub use compute::{Answer, compute, sha256};
 pub use document::{Document, Input, Timing, UnassignedPoints};
 pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
 pub use fits::{
-    Certificate, Contact, Convergence, Determination, FIT_PARAMETERS, FeatureUncertainty,
-    FitDocument, FitParameters, FitRequest, Form, ParameterUncertainty, PassedThrough, Residuals,
-    compute_fit, fit_specs, unknown_fit_parameter,
+    Certificate, Characteristic, Contact, Convergence, Determination, FIT_PARAMETERS,
+    FeatureUncertainty, FitDocument, FitParameters, FitRequest, Form, ParameterUncertainty,
+    PassedThrough, RegionFit, Residuals, Verdict, compute_fit, fit_specs, unknown_fit_parameter,
 };
 pub use keys::{Caller, Keys, KeysError};
 pub use peer::Peer;

@@ -294,6 +294,7 @@ mod tests {
         for n in [0, 1, BLOCK, BLOCK + 1, 3 * BLOCK - 5] {
             let labels: Vec<i32> = (0..n as i32).map(|k| k % 1013 - 1).collect();
             let document = Document {
+                fits: Vec::new(),
                 conicoid: "1".into(),
                 input: Input { points: n, sha256: "0".into(), format: "ply".into(), skipped: 0 },
                 parameters: Parameters::default(),

@@ -2,11 +2,16 @@ use std::time::Duration;
 
 use super::{ErrorKind, ServiceError};
 use crate::{
+    fit::feature::Association,
     formats::{Columns, Format, Hints},
     segment::{PARAMETERS, ParameterKind, ParameterSpec, Parameters},
 };
 
 const FORMATS: &[&str] = &["ply", "xyz", "pcd", "las", "e57", "stl", "obj"];
+
+/// Names of the associations.
+pub(super) const ASSOCIATIONS: &[&str] =
+    &["gaussian", "minimum_zone", "minimum_circumscribed", "maximum_inscribed"];
 
 /// What a request may say beyond the method's parameters, in the same terms.
 pub const OPTIONS: &[ParameterSpec] = &[
@@ -44,6 +49,13 @@ pub const OPTIONS: &[ParameterSpec] = &[
         unit: None,
         default: Some("false"),
         help: "Whether each region is given a second surface, `snapped`, for which all accepted relations hold exactly",
+    },
+    ParameterSpec {
+        name: "association",
+        kind: ParameterKind::Choice(ASSOCIATIONS),
+        unit: None,
+        default: None,
+        help: "Fits one feature to all points of each region too, `fits`, by this association, as a fit of these points alone would (none is fitted when absent)",
     },
     ParameterSpec {
         name: "deadline",
@@ -109,6 +121,8 @@ pub struct Request {
     pub labels: bool,
     /// Whether regions are given second surfaces, for which the accepted relations hold exactly.
     pub snap: bool,
+    /// How a feature is fitted to each region's points; none is when absent.
+    pub association: Option<Association>,
     /// Longest time the work may take.
     pub deadline: Option<Duration>,
     /// What was set, as names and text, in its order: the request as it is kept with a job.
@@ -124,6 +138,7 @@ impl Default for Request {
             name: None,
             labels: true,
             snap: false,
+            association: None,
             deadline: None,
             given: Vec::new(),
         }
@@ -183,6 +198,10 @@ impl Request {
                 }
             }
             "snap" => self.snap = text.parse().map_err(|_| invalid(name, value))?,
+            "association" => {
+                let named = Association::from_name(text).ok_or_else(|| invalid(name, value))?;
+                self.association = Some(named);
+            }
             "deadline" => {
                 let seconds = text.parse::<f64>().ok().filter(|s| (0.1..=86_400.0).contains(s));
                 let seconds = seconds.ok_or_else(|| invalid(name, value))?;

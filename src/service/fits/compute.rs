@@ -4,6 +4,7 @@ use super::document::{
     ParameterUncertainty, Residuals,
 };
 use super::request::FitRequest;
+use super::tolerance::characteristics;
 use crate::{
     fit::feature::{self, Exactness, Feature, FitError, Held, assess},
     formats::Limits,
@@ -22,8 +23,20 @@ pub fn compute_fit(
     control: &Control,
 ) -> Result<FitDocument, ServiceError> {
     let (cloud, input) = read(bytes, &request.request, limits, control)?;
+    fit_cloud(&cloud, input, request)
+}
+
+/// The feature of all points of a cloud.
+///
+/// # Errors
+/// Its points do not determine the feature.
+pub fn fit_cloud(
+    cloud: &PointCloud,
+    input: Input,
+    request: &FitRequest,
+) -> Result<FitDocument, ServiceError> {
     let feature = assess(&cloud.points, &request.asked())?;
-    Ok(told(feature, &cloud, input, request))
+    Ok(told(feature, cloud, input, request))
 }
 
 /// A last step longer than this, in units of the points' size and of the feature's sizes, is more than rounding.
@@ -63,6 +76,7 @@ fn told(feature: Feature, cloud: &PointCloud, input: Input, request: &FitRequest
         certificate: feature.held.as_ref().map(|held| certificate(held, input_place)),
         used: used.len(),
         rejected: rejected.iter().map(|&i| input_place(i)).collect(),
+        characteristics: characteristics(&feature, &request.parameters),
         determination: Determination {
             condition: condition.number,
             weakest: condition.weakest.clone(),

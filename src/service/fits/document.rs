@@ -40,6 +40,8 @@ pub struct FitDocument {
     /// The proof of an association that is none of least squares; absent with `gaussian`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certificate: Option<Certificate>,
+    /// What tolerances were given for, each with its verdict.
+    pub characteristics: Vec<Characteristic>,
     /// Points used.
     pub used: usize,
     /// Points that the outlier rule left out: their places in the input, from 0 on.
@@ -76,6 +78,18 @@ pub struct FitParameters {
     pub type_b: Option<f64>,
     /// Probability that expanded uncertainties are made for.
     pub coverage: f64,
+    /// Nominal diameter or full angle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal: Option<f64>,
+    /// Lower limit deviation from `nominal`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lower: Option<f64>,
+    /// Upper limit deviation from `nominal`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upper: Option<f64>,
+    /// Largest form error allowed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form_tolerance: Option<f64>,
 }
 
 impl Default for FitParameters {
@@ -89,6 +103,10 @@ impl Default for FitParameters {
             outliers: None,
             type_b: None,
             coverage: 0.9545,
+            nominal: None,
+            lower: None,
+            upper: None,
+            form_tolerance: None,
         }
     }
 }
@@ -208,6 +226,39 @@ pub struct Contact {
     pub side: String,
     /// Its multiplier.
     pub multiplier: f64,
+}
+
+/// A toleranced characteristic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Characteristic {
+    /// `diameter`, `full_angle`, `tube_diameter`, or the name of the form error.
+    pub name: String,
+    /// The nominal value; null for a form error.
+    pub nominal: Option<f64>,
+    /// The smallest value allowed; null where there is none.
+    pub lower_limit: Option<f64>,
+    /// The largest value allowed; null where there is none.
+    pub upper_limit: Option<f64>,
+    /// The measured value: of the fitted feature; of a form error that of the minimum zone, or without one that of least squares.
+    pub measured: f64,
+    /// The measured value less the nominal one.
+    pub deviation: Option<f64>,
+    /// Its expanded uncertainty; of a form error `k` times `type_b`. Null where it is not known.
+    pub expanded: Option<f64>,
+    /// The verdict by the decision rule of ISO 14253-1.
+    pub verdict: Verdict,
+}
+
+/// Whether a characteristic keeps its limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The measured value, with its uncertainty either way, lies within the limits.
+    Conform,
+    /// It lies beyond a limit by more than its uncertainty.
+    NotConform,
+    /// Neither is proven.
+    Undecided,
 }
 
 /// How well points determine a feature.

@@ -1,6 +1,6 @@
 use super::super::{
     ErrorKind, OPTIONS, Request, ServiceError,
-    request::{ParameterForm, check_length, known_names},
+    request::{ASSOCIATIONS, ParameterForm, check_length, known_names},
 };
 use super::document::{FitParameters, PassedThrough};
 use crate::{
@@ -10,6 +10,7 @@ use crate::{
 };
 
 const LENGTH: ParameterKind = ParameterKind::Number { min: 0.0, max: 1e12 };
+const DEVIATION: ParameterKind = ParameterKind::Number { min: -1e12, max: 1e12 };
 /// Most characters of what is passed through.
 const MAX_TEXT: usize = 255;
 
@@ -26,9 +27,6 @@ const fn row(
 const fn passed(name: &'static str, help: &'static str) -> ParameterSpec {
     row(name, ParameterKind::Text { max: MAX_TEXT }, None, None, help)
 }
-
-const ASSOCIATIONS: &[&str] =
-    &["gaussian", "minimum_zone", "minimum_circumscribed", "maximum_inscribed"];
 
 const TYPES: &[&str] = &[
     "auto",
@@ -94,6 +92,34 @@ pub const FIT_PARAMETERS: &[ParameterSpec] = &[
         None,
         Some("0.9545"),
         "Probability that expanded uncertainties are made for",
+    ),
+    row(
+        "nominal",
+        LENGTH,
+        Some("length"),
+        None,
+        "Nominal diameter of a circle, sphere, cylinder or of the tube of a torus; of a cone its full angle in radians",
+    ),
+    row(
+        "lower",
+        DEVIATION,
+        Some("length"),
+        None,
+        "Lower limit deviation from nominal, mostly below 0 (no lower limit when absent)",
+    ),
+    row(
+        "upper",
+        DEVIATION,
+        Some("length"),
+        None,
+        "Upper limit deviation from nominal (no upper limit when absent)",
+    ),
+    row(
+        "form_tolerance",
+        LENGTH,
+        Some("length"),
+        None,
+        "Largest form error allowed; its verdict needs type_b, as the scatter of the points tells nothing of it",
     ),
     row(
         "residuals",
@@ -191,6 +217,10 @@ impl FitRequest {
             "outliers" => p.outliers = Some(number()?),
             "type_b" => p.type_b = Some(number()?),
             "coverage" => p.coverage = number()?,
+            "nominal" => p.nominal = Some(number()?),
+            "lower" => p.lower = Some(number()?),
+            "upper" => p.upper = Some(number()?),
+            "form_tolerance" => p.form_tolerance = Some(number()?),
             "residuals" => self.residuals = text.parse().ok()?,
             "part" => passed.part = line()?,
             "serial" => passed.serial = line()?,

@@ -2,9 +2,10 @@ use super::{count, format_from_message, region::vector, v1};
 use crate::{
     fit::feature::{Element, FeatureType},
     service::{
-        Certificate, Contact, Convergence, Determination, ErrorKind, FeatureUncertainty,
-        FitDocument, FitParameters, FitRequest, Form, ParameterForm, ParameterUncertainty,
-        PassedThrough, Residuals, ServiceError, unknown_format,
+        Certificate, Characteristic, Contact, Convergence, Determination, ErrorKind,
+        FeatureUncertainty, FitDocument, FitParameters, FitRequest, Form, ParameterForm,
+        ParameterUncertainty, PassedThrough, RegionFit, Residuals, ServiceError, Verdict,
+        unknown_format,
     },
 };
 
@@ -19,6 +20,16 @@ fn named(name: &str) -> v1::FeatureType {
     let name = format!("FEATURE_TYPE_{}", name.to_ascii_uppercase());
     // a test shows that every type has its name in the contract
     v1::FeatureType::from_str_name(&name).unwrap_or_default()
+}
+
+/// The name of an association's number; none where it is not given.
+pub(super) fn association_name(number: i32) -> Result<Option<String>, ServiceError> {
+    let association = v1::Association::try_from(number).map_err(|_| {
+        let detail = format!("parameter 'association': {number} is no number of it");
+        ServiceError::new(ErrorKind::InvalidParameter, detail)
+    })?;
+    let name = association.as_str_name().trim_start_matches("ASSOCIATION_").to_ascii_lowercase();
+    Ok((association != v1::Association::Unspecified).then_some(name))
 }
 
 fn association(name: &str) -> v1::Association {
@@ -80,6 +91,10 @@ fn numbers(p: &v1::FitParameters) -> Vec<(&'static str, String)> {
         ("outliers", p.outliers),
         ("type_b", p.type_b),
         ("coverage", p.coverage),
+        ("nominal", p.nominal),
+        ("lower", p.lower),
+        ("upper", p.upper),
+        ("form_tolerance", p.form_tolerance),
     ];
     let numbers = all.into_iter().filter_map(|(name, value)| Some((name, value?.to_string())));
     numbers.chain((!p.axis.is_empty()).then_some(("axis", axis))).collect()
@@ -95,11 +110,8 @@ fn set_enums(request: &mut FitRequest, p: &v1::FitParameters) -> Result<(), Serv
         let name = kind.as_str_name().trim_start_matches("FEATURE_TYPE_").to_ascii_lowercase();
         request.set("type", &name)?;
     }
-    let association = v1::Association::try_from(p.association)
-        .map_err(|_| unknown("association", p.association))?;
-    if association != v1::Association::Unspecified {
-        let name = association.as_str_name().trim_start_matches("ASSOCIATION_");
-        request.set("association", &name.to_ascii_lowercase())?;
+    if let Some(name) = association_name(p.association)? {
+        request.set("association", &name)?;
     }
     Ok(())
 }
@@ -124,6 +136,7 @@ impl From<FitDocument> for v1::FitResult {
             rejected: document.rejected.into_iter().map(count).collect(),
             determination: Some(document.determination.into()),
             convergence: Some(document.convergence.into()),
+            characteristics: document.characteristics.into_iter().map(Into::into).collect(),
             certificate: document.certificate.map(Into::into),
             others: document.others.iter().map(Into::into).collect(),
         }
@@ -141,6 +154,10 @@ impl From<FitParameters> for v1::FitParameters {
             outliers: p.outliers,
             type_b: p.type_b,
             coverage: Some(p.coverage),
+            nominal: p.nominal,
+            lower: p.lower,
+            upper: p.upper,
+            form_tolerance: p.form_tolerance,
         }
     }
 }
@@ -218,6 +235,33 @@ impl From<Form> for v1::Form {
     fn from(form: Form) -> Self {
         let Form { characteristic, gaussian, minimum_zone } = form;
         Self { characteristic, gaussian, minimum_zone }
+    }
+}
+
+impl From<Characteristic> for v1::Characteristic {
+    fn from(c: Characteristic) -> Self {
+        let verdict = match c.verdict {
+            Verdict::Conform => v1::Verdict::Conform,
+            Verdict::NotConform => v1::Verdict::NotConform,
+            Verdict::Undecided => v1::Verdict::Undecided,
+        };
+        Self {
+            name: c.name,
+            nominal: c.nominal,
+            lower_limit: c.lower_limit,
+            upper_limit: c.upper_limit,
+            measured: c.measured,
+            deviation: c.deviation,
+            expanded: c.expanded,
+            verdict: verdict.into(),
+        }
+    }
+}
+
+impl From<RegionFit> for v1::RegionFit {
+    fn from(of: RegionFit) -> Self {
+        let RegionFit { region, fit, refused } = of;
+        Self { region: count(region), fit: fit.map(Into::into), refused }
     }
 }
 
