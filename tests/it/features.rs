@@ -397,3 +397,84 @@ async fn bad_fits_are_refused_with_what_to_do() {
         assert_eq!((status, code.as_str()), expected, "{query}");
     }
 }
+
+#[tokio::test]
+async fn the_fit_of_a_region_is_that_of_its_points_alone() {
+    let running = start(&[]).await;
+    let points = cylinder(600, 4.0, 0.01, &mut Random::new(9));
+    let query = "surfaces=cylinder&association=gaussian";
+    let found: Value = running.post(query, text(&points)).await.json().await.unwrap();
+    let labels = found["labels"].as_array().unwrap();
+    let fits = found["fits"].as_array().unwrap();
+    assert_eq!(fits.len(), found["regions"].as_array().unwrap().len());
+    assert_eq!(found["regions"][0]["type"], "cylinder");
+    let own: Vec<Vec3> =
+        points.iter().zip(labels).filter(|(_, label)| **label == 0).map(|(p, _)| *p).collect();
+    assert!(own.len() > 500);
+    let url = running.url("/v1/fits?type=cylinder");
+    let alone = reqwest::Client::new().post(url).body(text(&own)).send().await.unwrap();
+    let alone: Value = alone.json().await.unwrap();
+    for name in ["surface", "uncertainty", "residuals", "form", "used", "determination"] {
+        assert!(!alone[name].is_null());
+        assert_eq!(fits[0]["fit"][name], alone[name], "{name}");
+    }
+    // without being asked for, none is told
+    let plain: Value = running.post("surfaces=cylinder", text(&points)).await.json().await.unwrap();
+    assert!(plain.get("fits").is_none() && plain["regions"] == found["regions"]);
+    let message = v1::SegmentRequest {
+        cloud: text(&points).into(),
+        association: v1::Association::Gaussian.into(),
+        parameters: Some(v1::Parameters {
+            surfaces: vec![v1::SurfaceType::Cylinder.into()],
+            ..Default::default()
+        }),
+        ..Default::default()
+    };
+    let message = running.grpc().await.segment(message).await.unwrap().into_inner();
+    let told = message.fits[0].fit.as_ref().unwrap().uncertainty.as_ref().unwrap();
+    assert_eq!(fits[0]["fit"]["uncertainty"]["s"].as_f64(), Some(told.s));
+}
+
+#[tokio::test]
+async fn tolerances_get_verdicts_with_the_uncertainty() {
+    let running = start(&[]).await;
+    let points = text(&cylinder(200, 4.0, 0.005, &mut Random::new(2)));
+    for (limits, expected) in [
+        ("lower=-0.05&upper=0.05", "conform"),
+        ("lower=0.02&upper=0.05", "not_conform"),
+        ("lower=-0.05", "conform"),
+        ("lower=-0.05&upper=0.0001", "undecided"),
+    ] {
+        let query = format!("type=cylinder&nominal=20&{limits}&form_tolerance=0.2&type_b=0.0001");
+        let url = running.url(&format!("/v1/fits?{query}"));
+        let answer = reqwest::Client::new().post(url).body(points.clone()).send().await.unwrap();
+        let answer: Value = answer.json().await.unwrap();
+        let told = &answer["characteristics"][0];
+        assert_eq!(told["name"], "diameter");
+        let radius = answer["surface"]["radius"].as_f64().unwrap();
+        assert_eq!(told["measured"].as_f64(), Some(2.0 * radius));
+        assert_eq!(told["verdict"], expected, "{limits}: {told}");
+        assert_eq!(answer["characteristics"][1]["name"], "cylindricity");
+        assert_eq!(answer["characteristics"][1]["verdict"], "conform");
+    }
+}
+
+#[tokio::test]
+async fn a_minimum_zone_comes_with_its_certificate() {
+    let running = start(&[]).await;
+    let points = text(&cylinder(100, 4.0, 0.01, &mut Random::new(6)));
+    let post = |query: &str| {
+        let url = running.url(&format!("/v1/fits?type=cylinder&association={query}"));
+        reqwest::Client::new().post(url).body(points.clone()).send()
+    };
+    let zone: Value = post("minimum_zone").await.unwrap().json().await.unwrap();
+    let bound = zone["certificate"]["bound"].as_f64().unwrap();
+    assert_eq!(zone["form"]["minimum_zone"].as_f64(), Some(2.0 * bound));
+    assert!(zone["uncertainty"].is_null());
+    assert!((zone["residuals"]["range"].as_f64().unwrap() - 2.0 * bound).abs() < 1e-9);
+    assert!(zone["form"]["gaussian"].as_f64().unwrap() > 2.0 * bound);
+    let outer: Value = post("minimum_circumscribed").await.unwrap().json().await.unwrap();
+    let inner: Value = post("maximum_inscribed").await.unwrap().json().await.unwrap();
+    let radius = |of: &Value| of["surface"]["radius"].as_f64().unwrap();
+    assert!(radius(&inner) < radius(&zone) && radius(&zone) < radius(&outer));
+}

@@ -1,20 +1,16 @@
 //! A fitted feature with all that is known of it: uncertainty, condition, form, outliers.
 
-use nalgebra::DMatrix;
-
 use super::condition::{Condition, condition};
-use super::descend::{normal, residuals};
+use super::descend::normal;
 use super::error::FitError;
+use super::exactness::{Exactness, exactness};
 use super::extreme::{Association, extreme};
 use super::fixed::Fixed;
 use super::gauss::{Least, Local, least};
 use super::kind::FeatureType;
 use super::pose::Pose;
 use super::rows::Gauge;
-use super::student::coverage_factor;
-use super::terms::{Nature, changes, terms};
 use super::zone::{Contact, Held};
-use crate::fit::Spread;
 use crate::geometry::Vec3;
 
 /// What is asked for.
@@ -32,39 +28,6 @@ pub struct Asked {
     pub type_b: f64,
     /// Probability that expanded uncertainties are made for.
     pub coverage: f64,
-}
-
-/// One parameter with its uncertainty.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
-    /// Name, as in the surface.
-    pub name: &'static str,
-    /// Components: of a point its coordinates, of directions theirs.
-    pub values: Vec<f64>,
-    /// Standard uncertainty of each component; of each direction one, that of its angle in radians. From the scatter of the points, and
-    /// in quadrature from the type B input, which counts in full for lengths and over the points' size for angles.
-    pub standard: Vec<f64>,
-    /// The same times the coverage factor.
-    pub expanded: Vec<f64>,
-}
-
-/// What is known of how exactly.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Exactness {
-    /// The parameters that the points tell.
-    pub parameters: Vec<Parameter>,
-    /// The parameters whose components the rows of `covariance` are.
-    pub covariance_of: Vec<&'static str>,
-    /// Covariance of all their components from the scatter of the points.
-    pub covariance: Vec<Vec<f64>>,
-    /// Standard deviation of the distances, degrees of freedom taken off.
-    pub s: f64,
-    /// How many independent points tell as much as these.
-    pub n_eff: f64,
-    /// Effective degrees of freedom.
-    pub freedom: f64,
-    /// The factor of expanded uncertainties.
-    pub k: f64,
 }
 
 /// A feature and what is known of it.
@@ -106,9 +69,6 @@ pub struct FormError {
 
 /// Rounds after which points still come and go with the outlier rule.
 const ROUNDS: usize = 50;
-/// A size whose standard deviation is over this share of it cannot be told from zero; nor a direction of so many radians: three of
-/// them reach zero.
-const TOLD: f64 = 1.0 / 3.0;
 
 /// The least-squares feature of `points`.
 ///
@@ -190,18 +150,15 @@ fn describe(
         Association::MinimumZone => Some(zone?),
         other => Some(extreme(other, some, &pose)?),
     };
-    let (exactness, unknown) = match exactness(&pose, some, &sums.jj, fixed, asked, local.scale) {
+    // The fixed values are those of the local points.
+    let unit = Asked { fixed: *fixed, ..*asked };
+    let (exactness, unknown) = match exactness(&pose, some, &sums.jj, &unit, local.scale) {
         // What is known of the least-squares feature is not what is known of another.
         Some((exactness, unknown)) => (Some(exactness).filter(|_| is_gaussian), unknown),
         None => (None, Vec::new()),
     };
     let pose = held.as_ref().map_or(pose, |held| held.pose.recentred(&mean));
-    let held = held.map(|held| Held {
-        bound: held.bound * local.scale,
-        pose: held.pose.scaled(local.scale),
-        contacts: held.contacts.iter().map(|c| Contact { index: used[c.index], ..*c }).collect(),
-        ..held
-    });
+    let held = held.map(|held| in_input(held, local.scale, used));
     let gauge = Gauge::of(&pose);
     let distances = local.points.iter().map(|x| gauge.distance(x) * local.scale).collect();
     let taken: std::collections::HashSet<usize> = used.iter().copied().collect();
@@ -222,97 +179,20 @@ fn describe(
     })
 }
 
+/// What holds a feature, with places among all points and lengths in the input's unit.
+fn in_input(held: Held, scale: f64, used: &[usize]) -> Held {
+    Held {
+        bound: held.bound * scale,
+        pose: held.pose.scaled(scale),
+        contacts: held.contacts.iter().map(|c| Contact { index: used[c.index], ..*c }).collect(),
+        ..held
+    }
+}
+
 fn peak_to_valley(pose: &Pose, points: &[Vec3]) -> f64 {
     let gauge = Gauge::of(pose);
     let heights = points.iter().map(|x| gauge.form_height(x));
     let least = heights.clone().fold(f64::INFINITY, f64::min);
     let most = heights.fold(f64::NEG_INFINITY, f64::max);
     if pose.kind == FeatureType::Line { 2.0 * most } else { most - least }
-}
-
-/// The uncertainty of a pose of local points; `None` where there are no more rows than unknowns.
-fn exactness(
-    pose: &Pose,
-    points: &[Vec3],
-    jj: &super::small::Square,
-    fixed: &Fixed,
-    asked: &Asked,
-    scale: f64,
-) -> Option<(Exactness, Vec<&'static str>)> {
-    let free = fixed.freedoms(pose.kind);
-    let (p, rows) = (free.count(), pose.kind.rows() * points.len());
-    if rows <= p {
-        return None;
-    }
-    let cost: f64 = residuals(pose, points).iter().map(|d| d * d).sum();
-    let s = (cost / (rows - p) as f64).sqrt();
-    let inflation = match pose.shape() {
-        Some(shape) if fixed.is_none() && s > 1e-13 => Spread::of(&shape, points).inflation(s, 1.0),
-        _ => 1.0,
-    };
-    let n_eff = points.len() as f64 / inflation;
-    let freedom = (pose.kind.rows() as f64 * n_eff - p as f64).max(1.0);
-    let k = coverage_factor(asked.coverage, freedom);
-    let information = DMatrix::from_fn(p, p, |a, b| jj[a][b]);
-    let of_freedoms = inverse(&information)? * (s * s * inflation);
-    let all = changes(pose);
-    let open = DMatrix::from_fn(all.nrows(), p, |row, a| all[(row, free.slots()[a])]);
-    let mut covariance = &open * of_freedoms * open.transpose();
-    let terms = terms(pose);
-    let lengths: Vec<f64> = terms
-        .iter()
-        .flat_map(|t| {
-            let is_length = matches!(t.nature, Nature::Point | Nature::Size);
-            std::iter::repeat_n(if is_length { scale } else { 1.0 }, t.values.len())
-        })
-        .collect();
-    for (row, a) in lengths.iter().enumerate() {
-        for (column, b) in lengths.iter().enumerate() {
-            covariance[(row, column)] *= a * b;
-        }
-    }
-    let size =
-        (points.iter().map(Vec3::norm_squared).sum::<f64>() / points.len() as f64).sqrt() * scale;
-    let (mut parameters, mut unknown, mut at) = (Vec::new(), Vec::new(), 0);
-    let mut told_rows = Vec::new();
-    for term in terms {
-        let width = term.values.len();
-        let of = |k: usize| covariance[(at + k, at + k)].max(0.0);
-        let is_length = matches!(term.nature, Nature::Point | Nature::Size);
-        let factor = if is_length { scale } else { 1.0 };
-        let values: Vec<f64> = term.values.iter().map(|v| v * factor).collect();
-        let scatter: Vec<f64> = match term.nature {
-            Nature::Direction => {
-                (0..width).step_by(3).map(|k| (of(k) + of(k + 1) + of(k + 2)).sqrt()).collect()
-            }
-            _ => (0..width).map(|k| of(k).sqrt()).collect(),
-        };
-        let is_told = match term.nature {
-            Nature::Point => true,
-            Nature::Direction => scatter.iter().all(|u| *u < TOLD),
-            _ => scatter.iter().zip(&values).all(|(u, v)| *u < TOLD * v.abs()),
-        };
-        at += width;
-        if !is_told {
-            unknown.push(term.name);
-            continue;
-        }
-        told_rows.extend(at - width..at);
-        let common = asked.type_b / if is_length { 1.0 } else { size };
-        let standard: Vec<f64> = scatter.iter().map(|u| u.hypot(common)).collect();
-        let expanded = standard.iter().map(|u| k * u).collect();
-        parameters.push(Parameter { name: term.name, values, standard, expanded });
-    }
-    let row = |&a: &usize| told_rows.iter().map(|&b| covariance[(a, b)]).collect();
-    let covariance = told_rows.iter().map(row).collect();
-    let covariance_of = parameters.iter().map(|p| p.name).collect();
-    let s = s * scale;
-    Some((Exactness { parameters, covariance_of, covariance, s, n_eff, freedom, k }, unknown))
-}
-
-/// Inverse of a symmetric positive matrix, scaled to a unit diagonal.
-fn inverse(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = a.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
-    let scaled = |m: &DMatrix<f64>| m.map_with_location(|i, j, v| v * scale[i] * scale[j]);
-    Some(scaled(&scaled(a).cholesky()?.inverse()))
 }

@@ -22,7 +22,7 @@ const SINGULAR: f64 = 1e7;
 impl Condition {
     /// Whether the points leave a combination free.
     pub fn is_singular(&self) -> bool {
-        !(self.number < SINGULAR)
+        self.number.is_nan() || self.number >= SINGULAR
     }
 }
 

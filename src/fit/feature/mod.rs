@@ -7,7 +7,7 @@
 //! - `starts`, `tori`: where fits begin, from points alone;
 //! - `rows`, `foot`: distances and their derivatives, to machine accuracy;
 //! - `descend`, `gauss`: orthogonal least squares;
-//! - `assess`: a feature with all that is known of it (`terms`, `condition`, `student`);
+//! - `assess`: a feature with all that is known of it (`exactness`, `terms`, `condition`, `student`);
 //! - `exchange`, `zone`, `extreme`: minimum zones, circumscribed and inscribed features;
 //! - `auto`: which type points are of.
 
@@ -17,6 +17,7 @@ mod condition;
 mod descend;
 mod element;
 mod error;
+mod exactness;
 mod exchange;
 mod extreme;
 mod fixed;
@@ -32,11 +33,12 @@ mod terms;
 mod tori;
 mod zone;
 
-pub use assess::{Asked, Exactness, Feature, FormError, Parameter, assess};
+pub use assess::{Asked, Feature, FormError, assess};
 pub use condition::Condition;
 pub use descend::Freedoms;
 pub use element::{Circle, Element, Line};
 pub use error::FitError;
+pub use exactness::{Exactness, Parameter};
 pub use extreme::{Association, extreme};
 pub use fixed::Fixed;
 pub use gauss::{Least, Local, least};

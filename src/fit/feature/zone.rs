@@ -129,7 +129,7 @@ impl Program<'_> {
             } else {
                 reach = 0.3 * reach.min(length);
             }
-            let is_lost = !(pose.origin.norm() < LOST) || reach < 1e-15;
+            let is_lost = pose.origin.norm() >= LOST || reach < 1e-15;
             if is_lost {
                 return None;
             }
@@ -175,8 +175,8 @@ impl Program<'_> {
         let slopes = self.slopes(&pose, &contacts);
         let mut sum = [0.0; SLOTS];
         for (contact, piece) in contacts.iter().zip(&slopes) {
-            for k in 0..self.free.count() {
-                sum[k] += contact.multiplier * contact.side * piece.slope[k];
+            for (sum, slope) in sum.iter_mut().zip(&piece.slope) {
+                *sum += contact.multiplier * contact.side * slope;
             }
         }
         if self.aim != Aim::Zone {
@@ -236,7 +236,7 @@ impl Program<'_> {
             let mut open = [0.0; SLOTS];
             open[..p].copy_from_slice(&x.as_slice()[..p]);
             let length = open.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if !(length < FAR) {
+            if length.is_nan() || length >= FAR {
                 return None;
             }
             pose = pose.stepped(&self.free.step(&open))?;
