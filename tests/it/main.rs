@@ -20,7 +20,11 @@ mod constants;
 mod contract;
 mod deploy;
 mod dimensions;
+<<<<<<< HEAD
 mod features;
+=======
+mod example;
+>>>>>>> main
 mod jobs;
 mod joints;
 mod parameters;
