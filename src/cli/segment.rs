@@ -84,7 +84,10 @@ pub(super) fn flag(spec: &'static ParameterSpec) -> Arg {
     match spec.kind {
         _ if spec.name == "format" => arg.value_parser(formats()).ignore_case(true),
         ParameterKind::Choice(words) => arg.value_parser(PossibleValuesParser::new(words)),
-        ParameterKind::Boolean => arg.num_args(0..=1).default_missing_value("true"),
+        // without a value it is true, and the next flag is none
+        ParameterKind::Boolean => {
+            arg.num_args(0..=1).default_missing_value("true").allow_hyphen_values(false)
+        }
         _ => arg,
     }
 }

@@ -20,11 +20,8 @@ mod constants;
 mod contract;
 mod deploy;
 mod dimensions;
-<<<<<<< HEAD
-mod features;
-=======
 mod example;
->>>>>>> main
+mod features;
 mod jobs;
 mod joints;
 mod parameters;

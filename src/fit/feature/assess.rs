@@ -1,10 +1,12 @@
 //! A fitted feature with all that is known of it: uncertainty, condition, form, outliers.
 
+use super::asked::Asked;
+use super::association::Association;
 use super::condition::{Condition, condition};
 use super::descend::normal;
 use super::error::FitError;
 use super::exactness::{Exactness, exactness};
-use super::extreme::{Association, extreme};
+use super::extreme::extreme;
 use super::fixed::Fixed;
 use super::gauss::{Least, Local, least};
 use super::kind::FeatureType;
@@ -12,23 +14,6 @@ use super::pose::Pose;
 use super::rows::Gauge;
 use super::zone::{Contact, Held};
 use crate::geometry::Vec3;
-
-/// What is asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Asked {
-    /// The type; the one that tells the points in the fewest words when absent.
-    pub kind: Option<FeatureType>,
-    /// How it is associated with the points.
-    pub association: Association,
-    /// Values that are not fitted.
-    pub fixed: Fixed,
-    /// Points whose distance is more than this many standard deviations are left out, again and again until none is.
-    pub outliers: Option<f64>,
-    /// Standard uncertainty, a length, of what all points have in common; see [`Parameter::standard`].
-    pub type_b: f64,
-    /// Probability that expanded uncertainties are made for.
-    pub coverage: f64,
-}
 
 /// A feature and what is known of it.
 #[derive(Clone, Debug, PartialEq)]

@@ -48,7 +48,9 @@ const TOLD: f64 = 0.3;
 fn in_words(pose: &Pose, step: &[f64; SLOTS]) -> String {
     let vector = |at: usize| pose.frame * Vec3::new(step[at], step[at + 1], step[at + 2]);
     let along = |v: Vec3| {
-        let d = v.normalize().map(|c| if c.abs() < 5e-4 { 0.0 } else { c });
+        // Either way is meant: the one with the largest part positive is told.
+        let d = v.normalize() * v[v.iamax()].signum();
+        let d = d.map(|c| if c.abs() < 5e-4 { 0.0 } else { c });
         format!("[{:.3}, {:.3}, {:.3}]", d.x, d.y, d.z)
     };
     let mut parts: Vec<(f64, String)> = Vec::new();

@@ -1,4 +1,4 @@
-use super::extreme::Association;
+use super::association::Association;
 use super::kind::FeatureType;
 
 /// Why no feature is fitted.

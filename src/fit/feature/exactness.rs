@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::assess::Asked;
+use super::asked::Asked;
 use super::descend::residuals;
 use super::pose::Pose;
 use super::small::Square;

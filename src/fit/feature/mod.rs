@@ -11,7 +11,9 @@
 //! - `exchange`, `zone`, `extreme`: minimum zones, circumscribed and inscribed features;
 //! - `auto`: which type points are of.
 
+mod asked;
 mod assess;
+mod association;
 mod auto;
 mod condition;
 mod descend;
@@ -23,6 +25,7 @@ mod extreme;
 mod fixed;
 mod foot;
 mod gauss;
+mod kasa;
 mod kind;
 mod pose;
 mod rows;
@@ -33,13 +36,15 @@ mod terms;
 mod tori;
 mod zone;
 
-pub use assess::{Asked, Feature, FormError, assess};
+pub use asked::Asked;
+pub use assess::{Feature, FormError, assess};
+pub use association::Association;
 pub use condition::Condition;
 pub use descend::Freedoms;
 pub use element::{Circle, Element, Line};
 pub use error::FitError;
 pub use exactness::{Exactness, Parameter};
-pub use extreme::{Association, extreme};
+pub use extreme::extreme;
 pub use fixed::Fixed;
 pub use gauss::{Least, Local, least};
 pub use kind::FeatureType;

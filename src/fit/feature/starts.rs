@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::fixed::Fixed;
+use super::kasa::kasa;
 use super::kind::FeatureType;
 use super::pose::Pose;
 use super::rows::Gauge;
@@ -99,25 +100,6 @@ pub fn principal(points: &[Vec3]) -> [Vec3; 3] {
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| e.eigenvalues[a].total_cmp(&e.eigenvalues[b]));
     order.map(|i| e.eigenvectors.column(i).into_owned())
-}
-
-/// Centre and radius of Kasa's circle: the least sum of (q.q - 2 c.q - k)2.
-pub fn kasa(points: impl Iterator<Item = [f64; 2]> + Clone) -> Option<([f64; 2], f64)> {
-    let n = points.clone().count() as f64;
-    let mean = points.clone().fold([0.0; 2], |m, q| [m[0] + q[0] / n, m[1] + q[1] / n]);
-    let (mut xx, mut xy, mut yy, mut xr, mut yr, mut rr) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for q in points {
-        let (x, y) = (q[0] - mean[0], q[1] - mean[1]);
-        let sq = x * x + y * y;
-        (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
-        (xr, yr, rr) = (xr + x * sq, yr + y * sq, rr + sq);
-    }
-    let determinant = xx * yy - xy * xy;
-    if determinant <= 1e-14 * rr * rr {
-        return None;
-    }
-    let (a, b) = (0.5 * (xr * yy - yr * xy) / determinant, 0.5 * (yr * xx - xr * xy) / determinant);
-    Some(([mean[0] + a, mean[1] + b], (a * a + b * b + rr / n).sqrt()))
 }
 
 fn circle(points: &[Vec3], w: &Vec3) -> Option<Pose> {

@@ -1,9 +1,9 @@
 //! Starts of tori.
 
+use super::kasa::kasa;
 use super::kind::FeatureType;
 use super::pose::Pose;
 use super::rows::Gauge;
-use super::starts::kasa;
 use crate::geometry::{Vec3, perpendicular_frame};
 
 /// Distances of the centre from the middle of the points that are tried, in units of their size, for pieces of which

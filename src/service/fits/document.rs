@@ -2,8 +2,10 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::super::{ErrorKind, Input, ServiceError};
-use super::request::AUTO;
 use crate::fit::feature::{Element, FeatureType};
+
+/// The type that leaves the type open.
+const AUTO: &str = "auto";
 
 /// The result of a fit, as it is told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

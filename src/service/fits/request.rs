@@ -157,9 +157,6 @@ pub struct FitRequest {
     pub residuals: bool,
 }
 
-/// The type that `auto` leaves open.
-pub const AUTO: &str = "auto";
-
 impl FitRequest {
     /// Reads name and value pairs, as a query gives them.
     ///
