@@ -9,9 +9,11 @@ pub const BYTES_PER_POINT: u64 = 24;
 /// No more points are announced than the bytes can hold, however many the header claims: compressed
 /// formats are believed to hold up to 64 a byte.
 pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
-    let Some(format) = hints.into().format.or_else(|| Format::detect(bytes)) else { return 0 };
+    let Some(format) = hints.into().format_of(bytes) else { return 0 };
     let most: Result<u64, FormatError> = match format {
-        Format::Xyz => Ok(text::line_count(bytes)),
+        // the shortest line has two separators and its end
+        Format::Xyz | Format::Ptx if text::is_utf16(bytes) => Ok(bytes.len() as u64 / 6 + 1),
+        Format::Xyz | Format::Ptx => Ok(text::line_count(bytes)),
         Format::Obj => Ok(obj::most_points(bytes)),
         Format::Stl => Ok(stl::most_points(bytes)),
         Format::Ply => ply::most_points(bytes),
@@ -22,10 +24,15 @@ pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
     most.unwrap_or(0)
 }
 
-/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy.
+/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy, and so is
+/// a text of two bytes a character.
 pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
-    match hints.into().format.or_else(|| Format::detect(bytes)) {
+    match hints.into().format_of(bytes) {
         Some(Format::Las) => bytes.len() as u64,
+        // a character of two bytes may become one of three
+        Some(Format::Xyz | Format::Ptx | Format::Obj) if text::is_utf16(bytes) => {
+            2 * bytes.len() as u64
+        }
         _ => 0,
     }
 }

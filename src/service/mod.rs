@@ -3,39 +3,34 @@
 
 mod announced;
 mod compute;
-mod document;
 mod error;
-mod fits;
+mod fit;
 mod jobs;
 mod keys;
 pub mod message;
 mod peer;
-mod report;
 mod representation;
-mod request;
 mod request_id;
 mod reread;
 mod segmentations;
-pub mod sheet;
-mod step;
 mod upload;
 
-pub use compute::{Answer, compute, sha256};
-pub use document::{Document, Input, Timing, UnassignedPoints};
-pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
-pub use fits::{
+pub use crate::answer::fits::{
     Certificate, Characteristic, Contact, Convergence, Determination, FIT_PARAMETERS,
     FeatureUncertainty, FitDocument, FitParameters, FitRequest, Form, ParameterUncertainty,
-    PassedThrough, RegionFit, Residuals, Verdict, compute_fit, fit_specs, unknown_fit_parameter,
+    PassedThrough, RegionFit, Residuals, Verdict, fit_specs, unknown_fit_parameter,
 };
+pub use crate::answer::{
+    Answer, Document, Input, OPTIONS, ParameterForm, REPORT_POLICY, Request, Timing,
+    UnassignedPoints, is_list, sha256, sheet, specs, unknown_format, unknown_parameter,
+};
+pub use compute::compute;
+pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
+pub use fit::compute_fit;
 pub use keys::{Caller, Keys, KeysError};
 pub use peer::Peer;
-pub use report::REPORT_POLICY;
 pub use representation::Representation;
-pub use request::{
-    OPTIONS, ParameterForm, Request, is_list, specs, unknown_format, unknown_parameter,
-};
 pub use request_id::request_id;
 pub use reread::Reread;
 pub use segmentations::{Service, ServiceConfig, StartError};
-pub use upload::{Allowance, Upload};
+pub use upload::{Allowance, Upload, WINDOW};

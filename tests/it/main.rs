@@ -22,6 +22,8 @@ mod deploy;
 mod dimensions;
 mod example;
 mod features;
+mod files;
+mod hints;
 mod jobs;
 mod joints;
 mod parameters;

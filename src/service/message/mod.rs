@@ -1,6 +1,7 @@
 //! The protobuf form of requests and results, shared by gRPC and by HTTP answers in protobuf.
 
 mod fit;
+mod hint;
 mod parameters;
 mod region;
 mod relation;
