@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::fits::RegionFit;
 use crate::geometry::LengthUnit;
 use crate::model::relations::{Measure, Relation, Snapping};
 use crate::segment::{Counters, HintOutcome, Parameters, Region, Sampling, Warning};
@@ -49,6 +50,9 @@ pub struct Document {
     /// What became of each hint, in their order; absent where none was given.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hints: Vec<HintOutcome>,
+    /// The feature of each region by the association asked for; with `association` alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fits: Vec<RegionFit>,
     /// How much work the method did.
     pub counters: Counters,
     /// How long the steps took: the one part that differs between two runs.

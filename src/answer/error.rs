@@ -17,6 +17,8 @@ pub enum ErrorKind {
     NoFinitePoints,
     /// The cloud has too few points for any region.
     TooFewPoints,
+    /// The points do not determine the feature that is to be fitted.
+    NotDetermined,
     /// A coordinate is too large, or the points are too close together, to be worked with.
     ExtentOutOfRange,
     /// The format is not known or not to be told.

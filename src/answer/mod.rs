@@ -8,6 +8,7 @@ mod clock;
 mod digest;
 mod document;
 mod error;
+pub mod fits;
 mod form;
 mod json;
 mod report;
@@ -23,5 +24,7 @@ pub use document::{Document, Input, Timing, UnassignedPoints};
 pub use error::{AnswerError, ErrorKind};
 pub use form::Form;
 pub use report::REPORT_POLICY;
-pub use request::{OPTIONS, Request, is_list, specs, unknown_format, unknown_parameter};
+pub use request::{
+    OPTIONS, ParameterForm, Request, is_list, specs, unknown_format, unknown_parameter,
+};
 pub use whole::Answer;

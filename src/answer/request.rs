@@ -2,6 +2,7 @@ use std::time::Duration;
 
 use super::{AnswerError, ErrorKind};
 use crate::{
+    fit::feature::Association,
     formats::{Columns, Format, Hints},
     geometry::LengthUnit,
     segment::{MAX_HINT_BYTES, PARAMETERS, ParameterKind, ParameterSpec, Parameters},
@@ -10,6 +11,10 @@ use crate::{
 const FORMATS: &[&str] = &["ply", "xyz", "ptx", "pcd", "las", "e57", "stl", "obj"];
 
 const UNITS: &[&str] = &["um", "mm", "cm", "m", "km", "in", "ft", "us_ft"];
+
+/// Names of the associations.
+pub(super) const ASSOCIATIONS: &[&str] =
+    &["gaussian", "minimum_zone", "minimum_circumscribed", "maximum_inscribed"];
 
 /// What a request may say beyond the method's parameters, in the same terms.
 pub const OPTIONS: &[ParameterSpec] = &[
@@ -63,6 +68,13 @@ pub const OPTIONS: &[ParameterSpec] = &[
         help: "Whether each region is given a second surface, `snapped`, for which all accepted relations hold exactly",
     },
     ParameterSpec {
+        name: "association",
+        kind: ParameterKind::Choice(ASSOCIATIONS),
+        unit: None,
+        default: None,
+        help: "Fits one feature to all points of each region too, `fits`, by this association, as a fit of these points alone would (none is fitted when absent)",
+    },
+    ParameterSpec {
         name: "deadline",
         kind: ParameterKind::Number { min: 0.1, max: 86_400.0 },
         unit: Some("seconds"),
@@ -89,6 +101,28 @@ pub fn is_list(spec: &ParameterSpec) -> bool {
     matches!(spec.kind, List(_) | Direction | Columns { .. })
 }
 
+/// A request that is set by names and text, from queries, forms, messages and flags.
+pub trait ParameterForm {
+    /// Sets one option or parameter from text.
+    ///
+    /// # Errors
+    /// The name is unknown, or the value is not one it takes.
+    fn set(&mut self, name: &str, value: &str) -> Result<(), AnswerError>;
+
+    /// What it says of the cloud, and all that was set.
+    fn request(&mut self) -> &mut Request;
+}
+
+impl ParameterForm for Request {
+    fn set(&mut self, name: &str, value: &str) -> Result<(), AnswerError> {
+        Self::set(self, name, value)
+    }
+
+    fn request(&mut self) -> &mut Request {
+        self
+    }
+}
+
 /// What to do with a cloud.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
@@ -108,6 +142,8 @@ pub struct Request {
     pub labels: bool,
     /// Whether regions are given second surfaces, for which the accepted relations hold exactly.
     pub snap: bool,
+    /// How a feature is fitted to each region's points; none is when absent.
+    pub association: Option<Association>,
     /// Longest time the work may take.
     pub deadline: Option<Duration>,
     /// What was set, as names and text, in its order: the request as it is kept with a job.
@@ -125,6 +161,7 @@ impl Default for Request {
             name: None,
             labels: true,
             snap: false,
+            association: None,
             deadline: None,
             given: Vec::new(),
         }
@@ -157,7 +194,9 @@ impl Request {
     /// The name is unknown, or the value is not one it takes.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), AnswerError> {
         let text = value.trim();
-        check_length(name, text)?;
+        if let Some(spec) = specs().find(|spec| spec.name == name) {
+            check_length(spec, text)?;
+        }
         match name {
             "format" => {
                 let format = Format::from_extension(text).ok_or_else(|| unknown_format(text))?;
@@ -191,6 +230,10 @@ impl Request {
                 }
             }
             "snap" => self.snap = text.parse().map_err(|_| invalid(name, value))?,
+            "association" => {
+                let named = Association::from_name(text).ok_or_else(|| invalid(name, value))?;
+                self.association = Some(named);
+            }
             "deadline" => {
                 let seconds = text.parse::<f64>().ok().filter(|s| (0.1..=86_400.0).contains(s));
                 let seconds = seconds.ok_or_else(|| invalid(name, value))?;
@@ -220,8 +263,7 @@ impl Request {
 }
 
 /// Refuses texts longer than any value needs, which would only be kept.
-fn check_length(name: &str, text: &str) -> Result<(), AnswerError> {
-    let Some(spec) = specs().find(|spec| spec.name == name) else { return Ok(()) };
+pub(super) fn check_length(spec: &ParameterSpec, text: &str) -> Result<(), AnswerError> {
     let most = match spec.kind {
         // the longest characters take four bytes
         ParameterKind::Text { max } => 4 * max,
@@ -233,7 +275,8 @@ fn check_length(name: &str, text: &str) -> Result<(), AnswerError> {
         return Ok(());
     }
     let detail = format!(
-        "parameter '{name}': a text of {} bytes is longer than {most}: write the value shorter",
+        "parameter '{}': a text of {} bytes is longer than {most}: write the value shorter",
+        spec.name,
         text.len()
     );
     Err(AnswerError::new(ErrorKind::InvalidParameter, detail))
@@ -255,11 +298,16 @@ fn invalid(name: &str, value: &str) -> AnswerError {
 
 /// The error for a parameter that nobody knows.
 pub fn unknown_parameter(name: &str) -> AnswerError {
-    let known = specs().map(|spec| spec.name).collect::<Vec<_>>().join(", ");
+    let known = known_names(specs());
     AnswerError::new(
         ErrorKind::UnknownParameter,
         format!("unknown parameter '{name}'; known ones: {known}"),
     )
+}
+
+/// The names of some parameters, as errors list them.
+pub(super) fn known_names(specs: impl Iterator<Item = &'static ParameterSpec>) -> String {
+    specs.map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
 /// The error for a format nobody reads.

@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use super::fits::region_fits;
 use super::{Document, Input, Request, Timing, UnassignedPoints};
 use crate::{
     formats::Fields,
@@ -40,7 +41,7 @@ impl Answer {
             resolution: resolution_of(&cloud, &found),
         };
         found.warnings.extend(warnings(&cloud, request.unit));
-        let document = document(&cloud, found, request.snap, input, timing);
+        let document = document(&cloud, found, request, input, timing);
         Self { document, cloud, fields: Fields::default(), name: request.name.clone() }
     }
 
@@ -85,13 +86,16 @@ fn warnings(cloud: &PointCloud, unit: Option<LengthUnit>) -> Vec<Warning> {
 fn document(
     cloud: &PointCloud,
     found: Segmentation,
-    snap: bool,
+    request: &Request,
     input: Input,
     timing: Timing,
 ) -> Document {
     let mut regions = found.regions;
     let mut relations = Relations::of(&regions);
-    let snapping = if snap { relations.snap(&mut regions) } else { None };
+    let snapping = if request.snap { relations.snap(&mut regions) } else { None };
+    let fits = request
+        .association
+        .map(|association| region_fits(cloud, &found.labels, &regions, association, &input));
     let relation_scatter = relations.scatter;
     let (relations, measures) = relations.told();
     let reasons = found.unassigned.reasons.into_iter().map(|(why, n)| (why.to_owned(), n));
@@ -113,6 +117,7 @@ fn document(
         measures,
         snapping,
         hints: found.hints,
+        fits: fits.unwrap_or_default(),
         counters: found.counters,
         timing,
     }

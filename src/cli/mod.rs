@@ -1,8 +1,9 @@
-//! The command line: `serve`, `segment`, `openapi`, `key` and `health`.
+//! The command line: `serve`, `segment`, `fit`, `openapi`, `key` and `health`.
 
 mod environment;
 mod error;
 mod file;
+mod fit;
 mod greeting;
 mod handles;
 mod health;
@@ -60,6 +61,8 @@ enum Task {
     Serve(Box<Settings>),
     /// Segment one file and write the result (also the default before the name of a cloud)
     Segment(Box<segment::SegmentArgs>),
+    /// Fit one geometric feature to all points of a file, with its uncertainty
+    Fit(Box<fit::FitArgs>),
     /// Print the OpenAPI document of the HTTP interface
     Openapi,
     /// Make an API key and its line of the key file
@@ -112,6 +115,7 @@ pub fn main() -> ExitCode {
         None => serve::run(&cli.settings),
         Some(Task::Serve(settings)) => serve::run(&settings),
         Some(Task::Segment(args)) => segment::run(&args),
+        Some(Task::Fit(args)) => fit::run(&args),
         Some(Task::Openapi) => print_openapi(),
         Some(Task::Key { name }) => key::run(&name),
         Some(Task::Health(args)) => health::run(&args),

@@ -69,7 +69,7 @@ impl Args for RequestArgs {
 }
 
 /// The flag of one row.
-fn flag(spec: &'static ParameterSpec) -> Arg {
+pub(super) fn flag(spec: &'static ParameterSpec) -> Arg {
     let long = spec.name.replace('_', "-");
     let help = match spec.default {
         Some(default) => format!("{} [default: {default}]", spec.help),
@@ -85,7 +85,10 @@ fn flag(spec: &'static ParameterSpec) -> Arg {
         _ if spec.name == "format" => arg.value_parser(formats()).ignore_case(true),
         ParameterKind::Choice(words) => arg.value_parser(PossibleValuesParser::new(words)),
         ParameterKind::Hints { .. } => arg.value_name("FILE|JSON"),
-        ParameterKind::Boolean => arg.num_args(0..=1).default_missing_value("true"),
+        // without a value it is true, and the next flag is none
+        ParameterKind::Boolean => {
+            arg.num_args(0..=1).default_missing_value("true").allow_hyphen_values(false)
+        }
         _ => arg,
     }
 }
@@ -197,7 +200,8 @@ fn is_dash(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
+/// The bytes of a file, or of standard input.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
     let mut bytes = Vec::new();
     if is_dash(path) {
         io::stdin().lock().read_to_end(&mut bytes)?;

@@ -9,6 +9,7 @@ pub(crate) mod correlation;
 pub(crate) mod covariance;
 mod direct;
 mod eigen;
+pub mod feature;
 #[cfg(test)]
 pub(crate) mod fits;
 pub(crate) mod general;

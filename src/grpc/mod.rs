@@ -3,6 +3,7 @@
 mod call;
 mod config;
 mod context;
+mod fits;
 mod frames;
 mod intake;
 mod jobs;
@@ -21,11 +22,15 @@ use crate::service::{
     Service,
     message::{
         DESCRIPTOR,
-        v1::{jobs_server::JobsServer, segmentations_server::SegmentationsServer},
+        v1::{
+            fits_server::FitsServer, jobs_server::JobsServer,
+            segmentations_server::SegmentationsServer,
+        },
     },
 };
 pub use config::GrpcConfig;
 
+use fits::Fits;
 use jobs::Jobs;
 use segmentations::Segmentations;
 
@@ -42,6 +47,9 @@ pub async fn router(
         .max_decoding_message_size(config.max_message_bytes);
     let jobs = JobsServer::new(Jobs::new(Arc::clone(&service)))
         .max_decoding_message_size(config.max_message_bytes);
+    let fits = FitsServer::new(Fits::new(Arc::clone(&service)))
+        .max_decoding_message_size(config.max_message_bytes);
+    health.set_serving::<FitsServer<Fits>>().await;
     health.set_serving::<SegmentationsServer<Segmentations>>().await;
     health.set_serving::<JobsServer<Jobs>>().await;
     let reflection = || {
@@ -56,7 +64,8 @@ pub async fn router(
         .add_service(reflection().build_v1()?)
         .add_service(reflection().build_v1alpha()?)
         .add_service(segmentations)
-        .add_service(jobs);
+        .add_service(jobs)
+        .add_service(fits);
     let calls = routes.routes().into_axum_router();
     let context = axum::middleware::from_fn_with_state((service, config), context::wrap);
     Ok((calls.layer(context), health))
@@ -65,7 +74,8 @@ pub async fn router(
 /// Tells that the service ends: to those who ask, and to those who watch, who are then let go.
 pub async fn end(health: &HealthReporter) {
     let segmentations = <SegmentationsServer<Segmentations> as NamedService>::NAME;
-    for name in ["", segmentations, <JobsServer<Jobs> as NamedService>::NAME] {
+    let fits = <FitsServer<Fits> as NamedService>::NAME;
+    for name in ["", segmentations, fits, <JobsServer<Jobs> as NamedService>::NAME] {
         health.set_service_status(name, ServingStatus::NotServing).await;
         // the last status is told before a watch ends
         health.clone().clear_service_status(name).await;

@@ -19,9 +19,10 @@ use crate::jobs::{
 };
 
 /// The calls of the contract, and those of health and reflection: strangers name others.
-const METHODS: [&str; 12] = [
+const METHODS: [&str; 13] = [
     "conicoid.v1.Segmentations/Segment",
     "conicoid.v1.Segmentations/SegmentUpload",
+    "conicoid.v1.Fits/Fit",
     "conicoid.v1.Jobs/SubmitJob",
     "conicoid.v1.Jobs/GetJob",
     "conicoid.v1.Jobs/WatchJob",

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     formats::Format,
     jobs::BytesHeld,
-    service::{Caller, ErrorKind, Request, Service, ServiceError, Upload, unknown_format},
+    service::{Caller, ErrorKind, ParameterForm, Service, ServiceError, Upload, unknown_format},
 };
 
 /// Longest `parameters` part of a multipart request.
@@ -29,7 +29,7 @@ const MAX_PARAMETERS_BYTES: usize = 64 * 1024;
 pub async fn read(
     service: &Service,
     message: HttpRequest,
-    request: &mut Request,
+    request: &mut impl ParameterForm,
 ) -> Result<Upload, ServiceError> {
     let caller = message.extensions().get::<Caller>().cloned().flatten();
     service.check_room(&caller)?;
@@ -54,12 +54,12 @@ fn media_type(headers: &HeaderMap) -> Option<&str> {
 
 async fn raw(
     message: HttpRequest,
-    request: &mut Request,
+    request: &mut impl ParameterForm,
     upload: &mut Upload,
     window: Option<BytesHeld>,
 ) -> Result<(), ServiceError> {
-    if request.format.is_none() {
-        request.set_format(media_type(message.headers()).map_or(Ok(None), format_of)?);
+    if request.request().format.is_none() {
+        request.request().set_format(media_type(message.headers()).map_or(Ok(None), format_of)?);
     }
     let sent_as = media_type(message.headers()).map(str::to_owned);
     let announced = message.headers().get(header::CONTENT_LENGTH);
@@ -109,7 +109,7 @@ fn format_of(media_type: &str) -> Result<Option<Format>, ServiceError> {
 
 async fn multipart(
     message: HttpRequest,
-    request: &mut Request,
+    request: &mut impl ParameterForm,
     upload: &mut Upload,
     window: Option<BytesHeld>,
 ) -> Result<(), ServiceError> {
@@ -122,15 +122,16 @@ async fn multipart(
     };
     let mut parts = Multipart::from_request(message, &()).await.map_err(|e| broken(&e))?;
     // a parameter stands once, here or in the query
-    let mut given: Vec<String> = request.given.iter().map(|(name, _)| name.clone()).collect();
+    let mut given: Vec<String> =
+        request.request().given.iter().map(|(name, _)| name.clone()).collect();
     let mut clouds = 0;
     while let Some(mut part) = parts.next_field().await.map_err(|e| broken(&e))? {
         gauge.used();
         match part.name() {
             Some("cloud") => {
                 clouds += 1;
-                if request.format.is_none() {
-                    request.set_format(format_of_part(&part)?);
+                if request.request().format.is_none() {
+                    request.request().set_format(format_of_part(&part)?);
                 }
                 while let Some(chunk) = part.chunk().await.map_err(|e| broken(&e))? {
                     gauge.used();
@@ -175,7 +176,7 @@ fn format_of_part(part: &Field<'_>) -> Result<Option<Format>, ServiceError> {
 fn parameters(
     text: &[u8],
     given: &mut Vec<String>,
-    request: &mut Request,
+    request: &mut impl ParameterForm,
 ) -> Result<(), ServiceError> {
     let Pairs(pairs) = serde_json::from_slice(text)
         .map_err(|e| malformed(&format!("'parameters' is not a JSON object: {e}")))?;
@@ -218,6 +219,7 @@ fn malformed(detail: &str) -> ServiceError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::service::Request;
 
     #[test]
     fn json_parameters_are_set_like_those_of_a_query() {

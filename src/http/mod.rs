@@ -8,6 +8,7 @@ mod auth;
 mod body;
 mod context;
 mod encoding;
+mod fits;
 mod form;
 mod host;
 mod jobs;
@@ -85,6 +86,7 @@ pub fn openapi() -> OpenApi {
 fn use_cases() -> OpenApiRouter<App> {
     OpenApiRouter::with_openapi(openapi::base())
         .routes(routes!(segmentations::create))
+        .routes(routes!(fits::create))
         .routes(routes!(jobs::get, jobs::delete))
         .routes(routes!(jobs::result))
         .routes(routes!(jobs::events))

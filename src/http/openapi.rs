@@ -16,7 +16,7 @@ use utoipa::{PartialSchema, ToSchema};
 use super::problem::{self, Problem};
 use crate::{
     segment::{HINT_EXAMPLE, Hint, MAX_HINT_BYTES, ParameterKind, ParameterSpec},
-    service::{ERRORS, ErrorKind, ErrorRow, Representation, is_list, specs},
+    service::{ERRORS, ErrorKind, ErrorRow, Representation, fit_specs, is_list, specs},
 };
 
 const DESCRIPTION: &str = "Point cloud in, quadric surfaces out. Lengths are in the cloud's own \
@@ -43,8 +43,9 @@ pub fn base() -> OpenApi {
 }
 
 /// The groups of operations, in the order in which they are read.
-const TAGS: [(&str, &str); 3] = [
+const TAGS: [(&str, &str); 4] = [
     ("segmentations", "From a cloud to its surfaces"),
+    ("fits", "One feature through all points, with its uncertainty"),
     ("jobs", "Segmentations that outlive their request"),
     ("contract", "This reference and the viewer"),
 ];
@@ -57,6 +58,7 @@ pub fn complete(mut openapi: OpenApi) -> OpenApi {
             let id = operation.operation_id.clone().unwrap_or_default();
             match id.as_str() {
                 "createSegmentation" => describe_segmentation(operation),
+                "createFit" => describe_fit(operation),
                 "getJobResult" => describe_result(operation),
                 _ => {}
             }
@@ -102,7 +104,7 @@ fn describe_segmentation(operation: &mut Operation) {
     ];
     let parameters = parameters.chain(headers).map(RefOr::T);
     operation.parameters.get_or_insert_default().extend(parameters);
-    operation.request_body = Some(RefOr::T(cloud_body()));
+    operation.request_body = Some(RefOr::T(cloud_body(specs())));
     describe_forms(operation);
     if let Some(RefOr::T(accepted)) = operation.responses.responses.get_mut("202") {
         for (name, id, help) in [
@@ -115,6 +117,17 @@ fn describe_segmentation(operation: &mut Operation) {
             let link = link.parameter("id", "$response.body#/id").build();
             accepted.links.insert(name.to_owned(), link.into());
         }
+    }
+}
+
+fn describe_fit(operation: &mut Operation) {
+    let parameters = fit_specs().map(query_parameter).map(RefOr::T);
+    operation.parameters.get_or_insert_default().extend(parameters);
+    operation.request_body = Some(RefOr::T(cloud_body(fit_specs())));
+    if let Some(RefOr::T(answer)) = operation.responses.responses.get_mut("200") {
+        let form = Representation::Protobuf;
+        let content = Content::new(Some(binary("The message conicoid.v1.FitResult")));
+        answer.content.insert(form.media_type().to_owned(), RefOr::T(content));
     }
 }
 
@@ -233,11 +246,11 @@ fn binary(help: &str) -> ObjectBuilder {
 }
 
 /// The cloud, raw or in a form.
-fn cloud_body() -> RequestBody {
+fn cloud_body(specs: impl Iterator<Item = &'static ParameterSpec>) -> RequestBody {
     let file = binary("The file's bytes; its name may tell the format");
     let nothing_else = Some(AdditionalProperties::FreeForm(false));
     let parameters =
-        specs().fold(Object::builder(), |object, spec| object.property(spec.name, schema(spec)));
+        specs.fold(Object::builder(), |object, spec| object.property(spec.name, schema(spec)));
     let parameters = parameters.additional_properties(nothing_else.clone());
     let form = ObjectBuilder::new()
         .additional_properties(nothing_else)
@@ -322,6 +335,8 @@ fn add_headers(operation: &mut Operation) {
 fn applies(kind: ErrorKind, id: &str) -> bool {
     use ErrorKind as K;
     let result = id == "getJobResult";
+    let segments = id == "createSegmentation";
+    let fits = id == "createFit";
     let open = OPEN.contains(&id);
     match kind {
         K::Internal | K::MalformedRequest => true,
@@ -330,15 +345,15 @@ fn applies(kind: ErrorKind, id: &str) -> bool {
         // what a job says of itself
         K::RunCrashed => false,
         K::Unauthenticated => !open,
-        K::JobNotFound => !open && id != "createSegmentation",
+        K::JobNotFound => !open && !segments && !fits,
         K::JobNotFinished | K::JobFailed | K::StorageDamaged => result,
-        K::Overloaded | K::QuotaExceeded => result || id == "createSegmentation",
-        K::StorageFull => id == "deleteJob" || id == "createSegmentation",
-        K::StorageFailed => result || id == "deleteJob" || id == "createSegmentation",
-        K::NotAcceptable | K::UnknownParameter | K::InvalidParameter => {
-            result || id == "createSegmentation"
-        }
-        _ => id == "createSegmentation",
+        K::Overloaded | K::QuotaExceeded => result || segments || fits,
+        K::StorageFull => id == "deleteJob" || segments,
+        K::StorageFailed => result || id == "deleteJob" || segments,
+        K::NotAcceptable | K::UnknownParameter | K::InvalidParameter => result || segments || fits,
+        K::IdempotencyKeyReused => segments,
+        K::NotDetermined => fits,
+        _ => segments || fits,
     }
 }
 

@@ -1,5 +1,6 @@
 use axum::extract::{Query, rejection::QueryRejection};
 
+use crate::segment::ParameterSpec;
 use crate::service::{ErrorKind, Request, ServiceError, is_list, specs, unknown_parameter};
 
 /// Name and value pairs of a query, in its order.
@@ -11,14 +12,26 @@ pub type Pairs = Result<Query<Vec<(String, String)>>, QueryRejection>;
 /// # Errors
 /// The query cannot be read, or a parameter in it is unknown, wrong or there twice.
 pub fn from_query(query: Pairs) -> Result<Request, ServiceError> {
+    let given = pairs(query, |name| {
+        specs().find(|spec| spec.name == name).ok_or_else(|| unknown_parameter(name))
+    })?;
+    Request::from_pairs(given.iter().map(|(name, value)| (name.as_str(), value.as_str())))
+}
+
+/// The pairs of a query, each name once, that of a list with all its values; `find` knows the names.
+///
+/// # Errors
+/// The query cannot be read, or a name in it is unknown or there twice.
+pub fn pairs(
+    query: Pairs,
+    find: impl Fn(&str) -> Result<&'static ParameterSpec, ServiceError>,
+) -> Result<Vec<(String, String)>, ServiceError> {
     let invalid = |detail| ServiceError::new(ErrorKind::InvalidParameter, detail);
     let Query(pairs) = query.map_err(|e| invalid(format!("the query cannot be read: {e}")))?;
     let mut given: Vec<(String, String)> = Vec::new();
     for (name, value) in pairs {
         // at once: so there are never more names than those there are
-        let Some(spec) = specs().find(|spec| spec.name == name) else {
-            return Err(unknown_parameter(&name));
-        };
+        let spec = find(&name)?;
         let is_list = || is_list(spec);
         match given.iter_mut().find(|(known, _)| *known == name) {
             None => given.push((name, value)),
@@ -26,7 +39,7 @@ pub fn from_query(query: Pairs) -> Result<Request, ServiceError> {
             Some(_) => return Err(invalid(format!("parameter '{name}' stands more than once"))),
         }
     }
-    Request::from_pairs(given.iter().map(|(name, value)| (name.as_str(), value.as_str())))
+    Ok(given)
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
 use std::{sync::Arc, time::Instant};
 
-use super::{Answer, Request, ServiceError, Timing};
+use super::{Answer, Input, Request, ServiceError, Timing};
 use crate::{
-    answer::sha256_unless,
+    answer::{sha256, sha256_unless},
     formats::{self, Fields, Format, Hints, Limits, Watched},
     geometry::PointCloud,
     jobs::{Control, trace},
-    segment::{Segmentation, segment},
+    segment::{Segmentation, resolution, segment},
 };
 
 /// Reads the cloud in `bytes` and segments it: the one way from input to result.
@@ -64,6 +64,38 @@ fn with_columns(mut cloud: PointCloud, bytes: &[u8], format: Option<Format>) -> 
         cloud.normals = fields.normals().and_then(|all| cloud.of_stored(all));
     }
     cloud
+}
+
+/// Reads the cloud in `bytes` for a use case that takes next to no time.
+///
+/// # Errors
+/// The cloud cannot be read, or `control` stopped the run.
+pub(super) fn read(
+    bytes: &[u8],
+    request: &Request,
+    limits: &Limits,
+    control: &Control,
+) -> Result<(PointCloud, Input), ServiceError> {
+    let format = request.hints().format_of(bytes);
+    trace::note(|facts| {
+        (facts.format, facts.bytes) = (format.map(Format::name), Some(bytes.len()))
+    });
+    let stopped = || control.stop().is_some();
+    let watched = Watched { limits: *limits, stopped: &stopped };
+    let told = |error: ServiceError| control.stop().map_or(error, ServiceError::from);
+    let cloud = trace::step("parse")
+        .in_scope(|| formats::read(bytes, Hints { format, ..request.hints() }, &watched))
+        .map_err(|e| told(named_otherwise(e.into(), request.format, bytes)))?;
+    trace::note(|facts| facts.points = Some(cloud.input_len));
+    let input = Input {
+        points: cloud.input_len,
+        sha256: sha256(bytes),
+        format: format.map(Format::name).unwrap_or_default().to_owned(),
+        skipped: cloud.skipped(),
+        unit: request.unit.or(cloud.unit),
+        resolution: resolution(&cloud),
+    };
+    Ok((cloud, input))
 }
 
 /// An error of reading, which says so where the bytes look like another format than the one that was named.

@@ -41,6 +41,13 @@ pub const ERRORS: &[ErrorRow] = {
         row(K::NoFinitePoints, "no_finite_points", 422, InvalidArgument, "No point is finite"),
         row(K::TooFewPoints, "too_few_points", 422, InvalidArgument, "The cloud is too small"),
         row(
+            K::NotDetermined,
+            "not_determined",
+            422,
+            InvalidArgument,
+            "The points do not determine the feature",
+        ),
+        row(
             K::ExtentOutOfRange,
             "extent_out_of_range",
             422,

@@ -4,6 +4,7 @@
 mod announced;
 mod compute;
 mod error;
+mod fit;
 mod jobs;
 mod keys;
 pub mod message;
@@ -14,12 +15,18 @@ mod reread;
 mod segmentations;
 mod upload;
 
+pub use crate::answer::fits::{
+    Certificate, Characteristic, Contact, Convergence, Determination, FIT_PARAMETERS,
+    FeatureUncertainty, FitDocument, FitParameters, FitRequest, Form, ParameterUncertainty,
+    PassedThrough, RegionFit, Residuals, Verdict, fit_specs, unknown_fit_parameter,
+};
 pub use crate::answer::{
-    Answer, Document, Input, OPTIONS, REPORT_POLICY, Request, Timing, UnassignedPoints, is_list,
-    sha256, sheet, specs, unknown_format, unknown_parameter,
+    Answer, Document, Input, OPTIONS, ParameterForm, REPORT_POLICY, Request, Timing,
+    UnassignedPoints, is_list, sha256, sheet, specs, unknown_format, unknown_parameter,
 };
 pub use compute::compute;
 pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};
+pub use fit::compute_fit;
 pub use keys::{Caller, Keys, KeysError};
 pub use peer::Peer;
 pub use representation::Representation;

@@ -5,8 +5,8 @@ use std::{
 };
 
 use super::{
-    Answer, Caller, ErrorKind, Keys, Peer, Request, ServiceError, Upload, announced::Announced,
-    compute, jobs::SegmentationRunner, keys,
+    Answer, Caller, ErrorKind, FitDocument, FitRequest, Keys, Peer, Request, ServiceError, Upload,
+    announced::Announced, compute, compute_fit, jobs::SegmentationRunner, keys,
 };
 use crate::{
     formats::{self, Fields, Limits},
@@ -198,6 +198,38 @@ impl Service {
             // the system takes milliseconds to take large clouds back, and the caller need not wait
             rayon::spawn(move || drop((upload, cloud, room)));
             told
+        };
+        let run = self.pool.run(Some(place), lane, work);
+        let done = tokio::time::timeout_at(deadline.into(), run).await;
+        let done = done.map_err(|_| ServiceError::from(Stop::Deadline))?;
+        guard.release();
+        done?
+    }
+
+    /// Fits one feature to all points of a cloud while the caller waits. Dropping the future cancels the work.
+    ///
+    /// # Errors
+    /// The cloud or the request is bad, the points do not determine the feature, there is no room, or time ran out.
+    pub async fn fit(
+        &self,
+        upload: Upload,
+        request: FitRequest,
+    ) -> Result<FitDocument, ServiceError> {
+        trace::note(|facts| facts.bytes = Some(upload.bytes().len()));
+        let place = self.pool.admit(upload.held().owner().as_deref())?;
+        let limits = self.limits();
+        let deadline = Instant::now() + self.time_for(&request.request);
+        let control = Control::new(Some(deadline));
+        let guard = control.cancel_on_drop();
+        let announced = self.announced(upload, &request.request).await?;
+        let (upload, Announced { points, decoded }) = announced;
+        let room = self.share();
+        room.charge(upload.held().owner().as_deref())?;
+        room.grow_to(decoded)?;
+        let lane = self.pool.lane(points);
+        let work = move || {
+            let _room = room;
+            compute_fit(upload.bytes(), &request, &limits, &control)
         };
         let run = self.pool.run(Some(place), lane, work);
         let done = tokio::time::timeout_at(deadline.into(), run).await;

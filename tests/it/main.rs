@@ -21,6 +21,7 @@ mod contract;
 mod deploy;
 mod dimensions;
 mod example;
+mod features;
 mod files;
 mod hints;
 mod jobs;

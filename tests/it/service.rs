@@ -210,7 +210,7 @@ async fn those_who_watch_its_health_are_told_that_it_ends_and_let_go() {
     let running = start(&["--drain-deadline=3600"]).await;
     let mut health = HealthClient::new(running.channel().await);
     let mut watches = Vec::new();
-    for service in ["", "conicoid.v1.Segmentations", "conicoid.v1.Jobs"] {
+    for service in ["", "conicoid.v1.Segmentations", "conicoid.v1.Jobs", "conicoid.v1.Fits"] {
         let request = HealthCheckRequest { service: service.to_owned() };
         let mut watch = health.watch(request).await.unwrap().into_inner();
         assert_eq!(watch.message().await.unwrap().unwrap().status, 1, "{service}");

@@ -1,5 +1,6 @@
 //! The protobuf form of requests and results, shared by gRPC and by HTTP answers in protobuf.
 
+mod fit;
 mod hint;
 mod parameters;
 mod region;
@@ -15,6 +16,7 @@ pub mod v1 {
 /// The contract's descriptor, for server reflection.
 pub const DESCRIPTOR: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptor.bin"));
 
+pub use fit::fit_from_message;
 pub use parameters::{format_from_message, request_from_message};
 
 fn count(n: usize) -> u64 {

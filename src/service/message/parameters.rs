@@ -83,6 +83,9 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
     if message.snap {
         request.set("snap", "true")?;
     }
+    if let Some(name) = super::fit::association_name(message.association)? {
+        request.set("association", &name)?;
+    }
     if let Some(deadline) = message.deadline {
         request.set("deadline", &deadline.to_string())?;
     }

@@ -6,7 +6,7 @@ use crate::{
     segment::{Continuity, Dimensions, Evidence, Extent, Fit, Neighbour, Region, Side, Snapped},
 };
 
-fn vector(v: &Vec3) -> Option<v1::Vector> {
+pub(super) fn vector(v: &Vec3) -> Option<v1::Vector> {
     Some(v1::Vector { x: v.x, y: v.y, z: v.z })
 }
 

@@ -20,6 +20,7 @@ impl From<Document> for v1::Segmentation {
             measures: document.measures.iter().map(Into::into).collect(),
             snapping: document.snapping.map(Into::into),
             hints: document.hints.into_iter().map(Into::into).collect(),
+            fits: document.fits.into_iter().map(Into::into).collect(),
             counters: Some((&document.counters).into()),
             timing: Some(document.timing.into()),
         }

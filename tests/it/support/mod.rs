@@ -2,6 +2,7 @@
 
 pub mod clouds;
 pub mod curves;
+pub mod features;
 pub mod related;
 pub mod solid;
 pub mod step;
@@ -16,7 +17,10 @@ use conicoid::{
     jobs::Lane,
     service::{
         Service,
-        message::v1::{jobs_client::JobsClient, segmentations_client::SegmentationsClient},
+        message::v1::{
+            fits_client::FitsClient, jobs_client::JobsClient,
+            segmentations_client::SegmentationsClient,
+        },
     },
 };
 use serde_json::Value;
@@ -100,6 +104,11 @@ impl Running {
 }
 
 impl Running {
+    /// A client of the fits.
+    pub async fn grpc_fits(&self) -> FitsClient<Channel> {
+        FitsClient::new(self.channel().await)
+    }
+
     /// A client of the job calls.
     pub async fn grpc_jobs(&self) -> JobsClient<Channel> {
         JobsClient::new(self.channel().await)

@@ -1,0 +1,161 @@
+//! How exactly a least-squares feature is known.
+
+use nalgebra::DMatrix;
+
+use super::asked::Asked;
+use super::descend::residuals;
+use super::pose::Pose;
+use super::small::Square;
+use super::student::coverage_factor;
+use super::terms::{Nature, Term, changes, terms};
+use crate::fit::Spread;
+use crate::geometry::Vec3;
+
+/// One parameter with its uncertainty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name, as in the surface.
+    pub name: &'static str,
+    /// Components: of a point its coordinates, of directions theirs.
+    pub values: Vec<f64>,
+    /// Standard uncertainty of each component; of each direction one, that of its angle in radians. From the scatter of the points, and
+    /// in quadrature from the type B input, which counts in full for lengths and over the points' size for angles.
+    pub standard: Vec<f64>,
+    /// The same times the coverage factor.
+    pub expanded: Vec<f64>,
+}
+
+/// What is known of how exactly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exactness {
+    /// The parameters that the points tell.
+    pub parameters: Vec<Parameter>,
+    /// The parameters whose components the rows of `covariance` are.
+    pub covariance_of: Vec<&'static str>,
+    /// Covariance of all their components from the scatter of the points.
+    pub covariance: Vec<Vec<f64>>,
+    /// Standard deviation of the distances, degrees of freedom taken off.
+    pub s: f64,
+    /// How many independent points tell as much as these.
+    pub n_eff: f64,
+    /// Effective degrees of freedom.
+    pub freedom: f64,
+    /// The factor of expanded uncertainties.
+    pub k: f64,
+}
+
+/// A size whose standard deviation is over this share of it cannot be told from zero; nor a direction of so many radians: three of
+/// them reach zero.
+const TOLD: f64 = 1.0 / 3.0;
+
+/// The uncertainty of a pose of local points whose unit is `scale` long, and the parameters that they do not tell; `None` where there
+/// are no more rows than unknowns.
+pub fn exactness(
+    pose: &Pose,
+    points: &[Vec3],
+    jj: &Square,
+    asked: &Asked,
+    scale: f64,
+) -> Option<(Exactness, Vec<&'static str>)> {
+    let free = asked.fixed.freedoms(pose.kind);
+    let (p, rows) = (free.count(), pose.kind.rows() * points.len());
+    if rows <= p {
+        return None;
+    }
+    let cost: f64 = residuals(pose, points).iter().map(|d| d * d).sum();
+    let s = (cost / (rows - p) as f64).sqrt();
+    let inflation = match pose.shape() {
+        Some(shape) if asked.fixed.is_none() && s > 1e-13 => {
+            Spread::of(&shape, points).inflation(s, 1.0)
+        }
+        _ => 1.0,
+    };
+    let n_eff = points.len() as f64 / inflation;
+    let freedom = (pose.kind.rows() as f64 * n_eff - p as f64).max(1.0);
+    let k = coverage_factor(asked.coverage, freedom);
+    let information = DMatrix::from_fn(p, p, |a, b| jj[a][b]);
+    let of_freedoms = inverse(&information)? * (s * s * inflation);
+    let all = changes(pose);
+    let open = DMatrix::from_fn(all.nrows(), p, |row, a| all[(row, free.slots()[a])]);
+    let mut covariance = &open * of_freedoms * open.transpose();
+    let terms = terms(pose);
+    let factors: Vec<f64> =
+        terms.iter().flat_map(|t| t.values.iter().map(|_| factor(t, scale))).collect();
+    for (row, a) in factors.iter().enumerate() {
+        for (column, b) in factors.iter().enumerate() {
+            covariance[(row, column)] *= a * b;
+        }
+    }
+    let sq_size = points.iter().map(Vec3::norm_squared).sum::<f64>() / points.len() as f64;
+    let told = Told { covariance, k, scale, type_b: asked.type_b, size: sq_size.sqrt() * scale };
+    let (parameters, rows, unknown) = told.parameters(terms);
+    let row = |&a: &usize| rows.iter().map(|&b| told.covariance[(a, b)]).collect();
+    let covariance = rows.iter().map(row).collect();
+    let covariance_of = parameters.iter().map(|p| p.name).collect();
+    let s = s * scale;
+    Some((Exactness { parameters, covariance_of, covariance, s, n_eff, freedom, k }, unknown))
+}
+
+/// What the components of a parameter are multiplied by to be in the input's unit.
+fn factor(term: &Term, scale: f64) -> f64 {
+    if matches!(term.nature, Nature::Point | Nature::Size) { scale } else { 1.0 }
+}
+
+/// What the uncertainties of single parameters are made of.
+struct Told {
+    /// That of all components.
+    covariance: DMatrix<f64>,
+    k: f64,
+    scale: f64,
+    type_b: f64,
+    /// Root mean square size of the points.
+    size: f64,
+}
+
+impl Told {
+    /// The parameters that are told, the rows of their components, and the names of the others.
+    fn parameters(&self, terms: Vec<Term>) -> (Vec<Parameter>, Vec<usize>, Vec<&'static str>) {
+        let (mut parameters, mut rows, mut unknown, mut at) = (vec![], vec![], vec![], 0);
+        for term in terms {
+            let (from, width) = (at, term.values.len());
+            at += width;
+            let values: Vec<f64> =
+                term.values.iter().map(|v| v * factor(&term, self.scale)).collect();
+            let scatter = self.scatter(term.nature, from, width);
+            let is_told = match term.nature {
+                Nature::Point => true,
+                Nature::Direction => scatter.iter().all(|u| *u < TOLD),
+                _ => scatter.iter().zip(&values).all(|(u, v)| *u < TOLD * v.abs()),
+            };
+            if !is_told {
+                unknown.push(term.name);
+                continue;
+            }
+            rows.extend(from..at);
+            let is_length = matches!(term.nature, Nature::Point | Nature::Size);
+            let common = if is_length { self.type_b } else { self.type_b / self.size };
+            let standard: Vec<f64> = scatter.iter().map(|u| u.hypot(common)).collect();
+            let expanded = standard.iter().map(|u| self.k * u).collect();
+            parameters.push(Parameter { name: term.name, values, standard, expanded });
+        }
+        (parameters, rows, unknown)
+    }
+
+    /// Standard deviations of components; of directions those of their angles.
+    fn scatter(&self, nature: Nature, from: usize, width: usize) -> Vec<f64> {
+        let of = |k: usize| self.covariance[(from + k, from + k)].max(0.0);
+        match nature {
+            Nature::Direction => {
+                (0..width).step_by(3).map(|k| (of(k) + of(k + 1) + of(k + 2)).sqrt()).collect()
+            }
+            _ => (0..width).map(|k| of(k).sqrt()).collect(),
+        }
+    }
+}
+
+/// Inverse of a symmetric positive matrix, scaled to a unit diagonal.
+fn inverse(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = a.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
+    let scaled = |m: &DMatrix<f64>| m.map_with_location(|i, j, v| v * scale[i] * scale[j]);
+    Some(scaled(&scaled(a).cholesky()?.inverse()))
+}
