@@ -1,4 +1,4 @@
-use super::{Format, FormatError, Hints, e57, las, obj, pcd, ply, stl, text};
+use super::{Format, FormatError, Hints, e57, las, obj, off, pcd, ply, stl, text};
 
 /// Bytes that a point takes once it is read.
 pub const BYTES_PER_POINT: u64 = 24;
@@ -13,6 +13,7 @@ pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
     let most: Result<u64, FormatError> = match format {
         Format::Xyz => Ok(text::line_count(bytes)),
         Format::Obj => Ok(obj::most_points(bytes)),
+        Format::Off => Ok(off::most_points(bytes)),
         Format::Stl => Ok(stl::most_points(bytes)),
         Format::Ply => ply::most_points(bytes),
         Format::Pcd => pcd::most_points(bytes),

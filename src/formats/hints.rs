@@ -1,17 +1,19 @@
-use super::Format;
+use super::{Format, Meshes};
 
 /// What the sender knows of the bytes; all of it may be absent.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hints {
     /// The format; told from the bytes when absent.
     pub format: Option<Format>,
     /// Which columns of text are x, y and z; told from their names, or their place, when absent.
     pub columns: Option<Columns>,
+    /// How a mesh is read.
+    pub meshes: Meshes,
 }
 
 impl From<Option<Format>> for Hints {
     fn from(format: Option<Format>) -> Self {
-        Self { format, columns: None }
+        Self { format, ..Self::default() }
     }
 }
 

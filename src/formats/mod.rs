@@ -16,6 +16,7 @@ mod las;
 mod memory;
 mod mesh;
 mod obj;
+mod off;
 mod pcd;
 mod ply;
 mod read;
@@ -30,6 +31,7 @@ pub use bounds::{Bounds, Limits, Watched};
 pub use error::FormatError;
 pub use format::Format;
 pub use hints::{Columns, Hints};
+pub use mesh::{MeshWay, Meshes};
 pub use ply::Fields;
 pub use read::read;
 pub use write::{

@@ -1,15 +1,25 @@
-//! OBJ (Wavefront): the `v` lines, with or without faces.
+//! OBJ (Wavefront): the `v` lines, and the faces where there are some.
 
-use super::{Bounds, Format, FormatError, error::excerpt, memory::room_for, mesh::Triangles, text};
+use super::{
+    Bounds, Format, FormatError,
+    error::excerpt,
+    memory::room_for,
+    mesh::{self, Faces, Meshes},
+    text,
+};
 use crate::geometry::{PointCloud, Vec3};
 
 /// Lines read between two looks at whether to go on: many hold no vertex.
 const LINES_A_LOOK: usize = 4096;
 
-/// Reads one point from each `v x y z [w | r g b]` line, in their order.
-pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
+/// Reads one point from each `v x y z [w | r g b]` line, in their order, or samples of the faces.
+pub(super) fn read(
+    bytes: &[u8],
+    how: &Meshes,
+    limits: &dyn Bounds,
+) -> Result<PointCloud, FormatError> {
     let mut points = room_for(most_points(bytes).min(limits.most()))?;
-    let mut triangles = Triangles::default();
+    let mut faces = Faces::default();
     for (index, line) in text::lines(text::without_bom(bytes)).enumerate() {
         if index % LINES_A_LOOK == 0 {
             limits.go_on()?;
@@ -20,15 +30,15 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
                 limits.check(points.len() as u64 + 1)?;
                 points.push(vertex(words, index + 1)?);
             }
-            Some(b"f") if triangles.are_wanted(points.len() as u64) => {
+            Some(b"f" | b"fo") if faces.are_wanted() => {
                 let face: Option<Vec<u32>> = words.map(|word| corner(word, points.len())).collect();
-                triangles.push(&face.unwrap_or_default());
+                // a face that names what is none counts, for faces are told by their number
+                faces.push(&face.unwrap_or_default());
             }
             _ => {}
         }
     }
-    triangles.check(Format::Obj, &points)?;
-    Ok(PointCloud::from_points(points))
+    mesh::cloud(points, &faces, how, limits)
 }
 
 /// The most vertices that the lines can hold.

@@ -1,5 +1,6 @@
 use super::{
-    Bounds, Format, FormatError, Hints, e57, error::excerpt, foreign, las, obj, pcd, ply, stl, xyz,
+    Bounds, Format, FormatError, Hints, e57, error::excerpt, foreign, las, obj, off, pcd, ply, stl,
+    xyz,
 };
 use crate::geometry::PointCloud;
 
@@ -15,7 +16,7 @@ pub fn read(
     hints: impl Into<Hints>,
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
-    let Hints { format, columns } = hints.into();
+    let Hints { format, columns, meshes } = hints.into();
     if bytes.is_empty() {
         return Err(FormatError::Empty);
     }
@@ -31,13 +32,14 @@ pub fn read(
         return Err(FormatError::ColumnsOfNoText { format });
     }
     let cloud = match format {
-        Format::Ply => ply::read(bytes, limits),
+        Format::Ply => ply::read(bytes, &meshes, limits),
         Format::Xyz => xyz::read(bytes, columns, limits),
         Format::Pcd => pcd::read(bytes, limits),
         Format::Las => las::read(bytes, limits),
         Format::E57 => e57::read(bytes, limits),
-        Format::Stl => stl::read(bytes, limits),
-        Format::Obj => obj::read(bytes, limits),
+        Format::Stl => stl::read(bytes, &meshes, limits),
+        Format::Obj => obj::read(bytes, &meshes, limits),
+        Format::Off => off::read(bytes, &meshes, limits),
     }?;
     if cloud.input_len == 0 {
         return Err(FormatError::NoPoints { format });

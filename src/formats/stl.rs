@@ -1,4 +1,4 @@
-//! STL, ascii and binary: the corners of the triangles, each place once.
+//! STL, ascii and binary: the corners of the triangles, each place once, and the triangles.
 //!
 //! A corner comes again in every triangle that meets there. A cloud with each point six times would
 //! mislead every count, so equal corners become one point, in the order of their first appearance.
@@ -6,7 +6,8 @@
 use std::hash::{BuildHasher, RandomState};
 
 use super::{
-    Bounds, Format, FormatError, format::is_binary_stl, memory::room_for, mesh::Triangles,
+    Bounds, Format, FormatError, format::is_binary_stl, memory::room_for,
+    mesh::{self, Faces, Meshes},
     text::Words,
 };
 use crate::geometry::{PointCloud, Vec3};
@@ -17,16 +18,19 @@ const TRIANGLE: usize = 50;
 /// Bytes of an ascii corner: `vertex 0 0 0` and a space.
 const ASCII_CORNER: usize = 13;
 
-/// Reads the distinct corners.
-pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
+/// Reads the distinct corners, or samples of the triangles.
+pub(super) fn read(
+    bytes: &[u8],
+    how: &Meshes,
+    limits: &dyn Bounds,
+) -> Result<PointCloud, FormatError> {
     let mut corners = Corners::default();
     if is_ascii(bytes) {
         ascii(bytes, &mut corners, limits)
     } else {
         binary(bytes, &mut corners, limits)
     }?;
-    corners.triangles.check(Format::Stl, &corners.points)?;
-    Ok(PointCloud::from_points(corners.points))
+    mesh::cloud(corners.points, &corners.faces, how, limits)
 }
 
 /// The most corners that the bytes can hold.
@@ -54,7 +58,7 @@ fn truncated(announced: u64, found: u64) -> FormatError {
 struct Corners {
     points: Vec<Vec3>,
     places: Places,
-    triangles: Triangles,
+    faces: Faces,
 }
 
 impl Corners {
@@ -63,9 +67,7 @@ impl Corners {
         for (place, corner) in places.iter_mut().zip(triangle) {
             *place = self.place(corner, limits)?;
         }
-        if self.triangles.are_wanted(self.points.len() as u64) {
-            self.triangles.push(&places);
-        }
+        self.faces.push(&places);
         Ok(())
     }
 

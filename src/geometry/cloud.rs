@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::Vec3;
 
 /// The rows and columns of an organised cloud.
@@ -23,6 +25,46 @@ pub struct PointCloud {
     pub input_len: usize,
     /// Rows and columns, where the input was organised.
     pub grid: Option<Grid>,
+    /// The mesh that the points are samples of.
+    pub mesh: Option<Arc<SampledMesh>>,
+}
+
+/// A mesh whose surface was sampled, and what each sample is of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SampledMesh {
+    /// Vertices of the file.
+    pub vertices: usize,
+    /// Faces of the file.
+    pub faces: usize,
+    /// Distance of a sample from the next, were they on squares.
+    pub spacing: f64,
+    /// The largest distance of the surface from the flat faces that stand for it.
+    pub chord_error: f64,
+    /// The face of each point.
+    pub face_of: Vec<u32>,
+    /// Faces with an area and without a sample, each with a sample near by.
+    pub stand_ins: Vec<[u32; 2]>,
+}
+
+impl SampledMesh {
+    /// The label of each face: the one that most of its samples have, the smaller one of two; -1 without any area.
+    pub fn face_labels(&self, labels: &[i32]) -> Vec<i32> {
+        let mut pairs: Vec<(u32, i32)> =
+            self.face_of.iter().zip(labels).map(|(face, label)| (*face, *label)).collect();
+        let label = |point: u32| labels.get(point as usize).copied().unwrap_or(-1);
+        pairs.extend(self.stand_ins.iter().map(|[face, point]| (*face, label(*point))));
+        pairs.sort_unstable();
+        let mut told = vec![-1; self.faces];
+        for of_face in pairs.chunk_by(|a, b| a.0 == b.0) {
+            let runs = of_face.chunk_by(|a, b| a.1 == b.1);
+            // the first of the longest
+            let most = runs.rev().max_by_key(|run| run.len());
+            if let Some(run) = most {
+                told[run[0].0 as usize] = run[0].1;
+            }
+        }
+        told
+    }
 }
 
 impl PointCloud {
@@ -31,11 +73,11 @@ impl PointCloud {
         let input_len = points.len();
         let finite = |p: &Vec3| p.x.is_finite() && p.y.is_finite() && p.z.is_finite();
         if points.iter().all(finite) {
-            return Self { points, input_index: None, input_len, grid: None };
+            return Self { points, input_len, ..Self::default() };
         }
         let index = (0u32..).zip(&points).filter(|(_, p)| finite(p)).map(|(i, _)| i).collect();
         points.retain(finite);
-        Self { points, input_index: Some(index), input_len, grid: None }
+        Self { points, input_index: Some(index), input_len, ..Self::default() }
     }
 
     /// How many input points were left out because a coordinate was not finite.

@@ -6,7 +6,7 @@ use crate::{
     segment::{PARAMETERS, ParameterKind, ParameterSpec, Parameters},
 };
 
-const FORMATS: &[&str] = &["ply", "xyz", "pcd", "las", "e57", "stl", "obj"];
+const FORMATS: &[&str] = &["ply", "xyz", "pcd", "las", "e57", "stl", "obj", "off"];
 
 /// What a request may say beyond the method's parameters, in the same terms.
 pub const OPTIONS: &[ParameterSpec] = &[

@@ -14,22 +14,25 @@
 //! face, 7 to 40 times as long; scans show up to 5.5. Of a part of boxes the vertices are not too few for its
 //! area: a small mesh is also refused where its faces are flat and all its vertices on sharp edges.
 
-mod corners;
-
 use std::collections::HashMap;
 
-use super::{Format, FormatError};
+use super::corners;
+use super::polygons::{Faces, Triangle};
+use super::sheet::Sheet;
 use crate::geometry::Vec3;
 
-/// A mesh with more vertices, or triangles, is not looked at: it is no coarse one.
-const MAX_VERTICES: usize = 1 << 18;
-const MAX_TRIANGLES: usize = 1 << 20;
 /// Fewer vertices hold no surface in any case.
 const FEWEST_VERTICES: usize = 10;
 /// The least measure of a mesh that may be refused.
 const COARSE: f64 = 8.0;
 /// The mean longest edge, as a share of the mesh's diagonal, of triangles that span the part.
 const SPAN: f64 = 0.3;
+/// Share of the area in facets without vertices inside from which on a mesh is coarse.
+const STARVED: f64 = 0.25;
+/// Triangles a corner of a facet that has no vertex inside: more are for its holes.
+const MOST_CUT: f64 = 1.4;
+/// Squares of the shortest side, for each corner, that a facet must be larger than.
+const LARGE: f64 = 3.0;
 /// Share of the area, in triangles with a neighbour in the same plane, that no measured mesh has.
 const FLAT_SHARE: f64 = 0.75;
 /// Meshes up to this many vertices need not show unlike edges: a small part has short faces.
@@ -41,46 +44,67 @@ const UNLIKE: f64 = 6.0;
 const FLAT: f64 = 1e-6;
 const MOST_FLAT: f64 = 1e-4;
 
-/// The triangles of a mesh, as far as they are looked at.
-#[derive(Debug, Default)]
-pub(super) struct Triangles {
-    corners: Vec<[u32; 3]>,
-    too_many: bool,
+/// Whether the vertices of a mesh are the corners of large faces alone. `places` tells which vertices are one.
+pub(super) fn is_coarse(sheet: &Sheet, places: &[u32]) -> bool {
+    let shape = Shape::of(sheet.triangles, sheet.points, places);
+    is_starved(sheet, &shape)
+        || sheet.points.len() >= FEWEST_VERTICES && shape.is_coarse()
 }
 
-impl Triangles {
-    /// Whether triangles of a mesh with that many vertices are of use.
-    pub(super) fn are_wanted(&self, vertices: u64) -> bool {
-        !self.too_many && vertices <= MAX_VERTICES as u64
-    }
-
-    /// Adds a face with its corners in their order, as a fan of triangles.
-    pub(super) fn push(&mut self, face: &[u32]) {
-        let [first, others @ ..] = face else { return };
-        for pair in others.windows(2) {
-            self.too_many |= self.corners.len() == MAX_TRIANGLES;
-            if self.too_many {
-                return;
-            }
-            self.corners.push([*first, pair[0], pair[1]]);
+/// Whether a good part of the area is in flat facets without a vertex inside that are large beside their sides: no
+/// measurement leaves those.
+fn is_starved(sheet: &Sheet, shape: &Shape) -> bool {
+    let mut corners: Vec<[u32; 2]> = Vec::with_capacity(3 * sheet.triangles.len());
+    let mut facets = vec![(0.0, f64::INFINITY, 0u32, 0u32); sheet.facets.len()];
+    for (triangle, &f) in sheet.triangles.iter().zip(&sheet.facet_of) {
+        let (area, shortest, triangles, _) = &mut facets[f as usize];
+        *area += triangle.area;
+        *triangles += 1;
+        for k in 0..3 {
+            let [a, b] = [k, (k + 1) % 3].map(|k| sheet.points[triangle.corners[k] as usize]);
+            *shortest = shortest.min((b - a).norm_squared());
+            corners.push([f, triangle.corners[k]]);
         }
     }
-
-    /// Refuses the vertices of a mesh that are the corners of large faces alone.
-    pub(super) fn check(&self, format: Format, points: &[Vec3]) -> Result<(), FormatError> {
-        let vertices = points.len();
-        let looked_at = vertices >= FEWEST_VERTICES && self.are_wanted(vertices as u64);
-        let coarse = looked_at && Shape::of(self, points).is_coarse();
-        if coarse { Err(FormatError::CadMesh { format, vertices }) } else { Ok(()) }
-    }
+    corners.sort_unstable();
+    corners.dedup();
+    corners.iter().for_each(|[f, _]| facets[*f as usize].3 += 1);
+    let starved = |&&(area, shortest, triangles, corners): &&(f64, f64, u32, u32)| {
+        // without a vertex inside there are two triangles less than corners, and two more for each hole
+        let outline = f64::from(triangles) < MOST_CUT * f64::from(corners);
+        triangles > 1 && outline && area > LARGE * f64::from(corners) * shortest
+    };
+    let area: f64 = facets.iter().filter(starved).map(|f| f.0).sum();
+    area > STARVED * shape.area
 }
 
-/// A triangle with an area.
-struct Triangle {
-    corners: [u32; 3],
-    area: f64,
-    sq_longest: f64,
-    normal: Vec3,
+/// Whether a mesh is too large and its triangles too small for it to be coarse, in a time that its size does not matter
+/// for: before corners at one place are made one, which leaves fewer of them.
+pub(super) fn is_dense(points: &[Vec3], faces: &Faces) -> bool {
+    if points.len() <= SMALL {
+        return false;
+    }
+    let (mut area, mut weighted) = (0.0, 0.0);
+    for face in faces.each() {
+        let [first, others @ ..] = face else { continue };
+        for pair in others.windows(2) {
+            let corners = [*first, pair[0], pair[1]].map(|i| points.get(i as usize));
+            let [Some(a), Some(b), Some(c)] = corners else { continue };
+            let own = (b - a).cross(&(c - a)).norm() / 2.0;
+            let sq = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
+            if (own * sq).is_finite() {
+                area += own;
+                weighted += own * sq;
+            }
+        }
+    }
+    weighted * points.len() as f64 <= COARSE * area * area
+}
+
+/// How far from a plane a flat face's corners may be: what rounding leaves.
+pub(super) fn thickness(triangles: &[Triangle], points: &[Vec3], places: &[u32]) -> f64 {
+    let shape = Shape::of(triangles, points, places);
+    shape.thickness(shape.diagonal())
 }
 
 /// What is measured of a mesh. Vertices at one place are one.
@@ -88,31 +112,21 @@ struct Shape<'a> {
     points: &'a [Vec3],
     /// How many places there are.
     places: usize,
-    triangles: Vec<Triangle>,
+    triangles: &'a [Triangle],
     area: f64,
     /// Mean square of the longest edges, weighted by area.
     sq_edge: f64,
 }
 
 impl<'a> Shape<'a> {
-    fn of(triangles: &Triangles, points: &'a [Vec3]) -> Self {
-        let place = corners::places(points);
-        let places = (0..).zip(&place).filter(|(i, place)| i == *place).count();
-        let whole = |corners: &[u32; 3]| {
-            let place = |i: u32| place.get(i as usize).copied();
-            let [i, j, k] = [place(corners[0])?, place(corners[1])?, place(corners[2])?];
-            let [a, b, c] = [i, j, k].map(|i| points[i as usize]);
-            let normal = (b - a).cross(&(c - a));
-            let area = normal.norm() / 2.0;
-            let sq_longest = (b - a).norm_squared().max((c - b).norm_squared());
-            let sq_longest = sq_longest.max((a - c).norm_squared());
-            let whole = area > 0.0 && area.is_finite() && sq_longest.is_finite();
-            let normal = normal / (2.0 * area);
-            whole.then_some(Triangle { corners: [i, j, k], area, sq_longest, normal })
+    fn of(triangles: &'a [Triangle], points: &'a [Vec3], places: &[u32]) -> Self {
+        let places = (0..).zip(places).filter(|(i, place)| i == *place).count();
+        let sq_longest = |t: &Triangle| {
+            let [a, b, c] = t.corners.map(|i| points[i as usize]);
+            (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared())
         };
-        let triangles: Vec<_> = triangles.corners.iter().filter_map(whole).collect();
         let area: f64 = triangles.iter().map(|t| t.area).sum();
-        let weighted: f64 = triangles.iter().map(|t| t.area * t.sq_longest).sum();
+        let weighted: f64 = triangles.iter().map(|t| t.area * sq_longest(t)).sum();
         Self { points, places, triangles, area, sq_edge: weighted / area }
     }
 
@@ -198,5 +212,3 @@ impl<'a> Shape<'a> {
     }
 }
 
-#[cfg(test)]
-pub(super) mod tests;

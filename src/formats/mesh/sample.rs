@@ -1,0 +1,95 @@
+//! Points spread evenly over the surface that a mesh stands for.
+
+use super::{
+    lift::Lift,
+    normals::Corners,
+    sheet::{NONE, Sheet},
+};
+use crate::geometry::Vec3;
+
+/// Points that the smallest surfaces are to have: three times as many as a region needs by default.
+const ENOUGH: f64 = 150.0;
+/// Share of the surfaces, smallest first, that may get fewer.
+const SMALLEST: f64 = 0.1;
+/// Fewest points, where the spacing is not given.
+const FEWEST: f64 = 20_000.0;
+/// The plastic number's first two powers, inverted: the even sequence in two dimensions (M. Roberts, The unreasonable
+/// effectiveness of quasirandom sequences, 2018).
+const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+
+/// The samples and what each is of.
+pub(super) struct Samples {
+    pub(super) points: Vec<Vec3>,
+    /// The triangle of each.
+    pub(super) triangle_of: Vec<u32>,
+    /// Distance of a point to the next, were they on squares.
+    pub(super) spacing: f64,
+    /// The largest height of the surface over a triangle that was sampled.
+    pub(super) chord_error: f64,
+}
+
+/// The spacing that gives the smaller surfaces enough points, and the whole not more than `most`.
+pub(super) fn spacing(sheet: &Sheet, smooth: &[[bool; 3]], most: usize) -> f64 {
+    let mut areas = surfaces(sheet, smooth);
+    areas.sort_unstable_by(f64::total_cmp);
+    let whole: f64 = areas.iter().sum();
+    let small = areas.get((SMALLEST * areas.len() as f64) as usize).copied().unwrap_or(whole);
+    let wanted = ENOUGH * whole / small;
+    let count = wanted.max(FEWEST).min(most as f64);
+    (whole / count).sqrt()
+}
+
+/// The areas of the smooth pieces of the mesh.
+fn surfaces(sheet: &Sheet, smooth: &[[bool; 3]]) -> Vec<f64> {
+    let mut seen = vec![false; smooth.len()];
+    let mut areas = Vec::new();
+    let mut stack = Vec::new();
+    for first in 0..smooth.len() {
+        if std::mem::replace(&mut seen[first], true) {
+            continue;
+        }
+        let mut area = 0.0;
+        stack.push(first);
+        while let Some(t) = stack.pop() {
+            area += sheet.triangles[t].area;
+            for k in 0..3 {
+                let other = sheet.across[t][k];
+                let goes_on = other != NONE && smooth[t][k];
+                if goes_on && !std::mem::replace(&mut seen[other as usize], true) {
+                    stack.push(other as usize);
+                }
+            }
+        }
+        areas.push(area);
+    }
+    areas
+}
+
+/// Samples the mesh with one point for each square of that side. The number for each triangle is its share, fractions
+/// going on to the next.
+pub(super) fn samples(sheet: &Sheet, corners: &Corners, spacing: f64) -> Samples {
+    let (mut points, mut triangle_of) = (Vec::new(), Vec::new());
+    let (mut owed, mut chord_error) = (0.5, 0.0_f64);
+    let mut place = [0.5; 2];
+    for (t, triangle) in sheet.triangles.iter().enumerate() {
+        owed += triangle.area / (spacing * spacing);
+        if owed < 1.0 {
+            continue;
+        }
+        let lift = Lift::of(sheet, corners, t);
+        chord_error = chord_error.max(lift.height());
+        while owed >= 1.0 {
+            owed -= 1.0;
+            for (x, step) in place.iter_mut().zip(STEPS) {
+                *x = (*x + step) % 1.0;
+            }
+            let [mut u, mut v] = place;
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            points.push(lift.at([1.0 - u - v, u, v]));
+            triangle_of.push(t as u32);
+        }
+    }
+    Samples { points, triangle_of, spacing, chord_error }
+}
