@@ -5,7 +5,8 @@ use super::{off, text};
 /// How much of a text is looked at.
 const HEAD_BYTES: usize = 64 * 1024;
 
-const SAMPLE: &str = "convert it to STL, OBJ, OFF or PLY, or sample points on its surfaces and send those";
+const SAMPLE: &str =
+    "convert it to STL, OBJ, OFF or PLY, or sample points on its surfaces and send those";
 const OFF: &str = "name its format, off, or send its vertices alone as text";
 const FACES: &str = "convert it to OFF or OBJ, or leave out its faces";
 const CONVERT: &str = "convert it to one of the formats read";

@@ -56,6 +56,7 @@ pub(super) fn read(
             limits.go_on()?;
         }
         if !faces.are_wanted() {
+            faces.set_count(announced);
             break;
         }
         face.clear();
@@ -72,6 +73,11 @@ pub(super) fn read(
 pub(super) fn most_points(bytes: &[u8]) -> u64 {
     let announced = Rows::of(bytes).counts().map_or(0, |[vertices, _]| vertices);
     announced.min(text::line_count(bytes))
+}
+
+/// Whether the header announces faces.
+pub(super) fn has_faces(bytes: &[u8]) -> bool {
+    Rows::of(bytes).counts().is_ok_and(|[_, faces]| faces > 0)
 }
 
 fn words(row: &[u8]) -> impl Iterator<Item = &[u8]> {

@@ -6,7 +6,9 @@
 use std::hash::{BuildHasher, RandomState};
 
 use super::{
-    Bounds, Format, FormatError, format::is_binary_stl, memory::room_for,
+    Bounds, Format, FormatError,
+    format::is_binary_stl,
+    memory::room_for,
     mesh::{self, Faces, Meshes},
     text::Words,
 };
@@ -172,7 +174,7 @@ fn ascii(bytes: &[u8], corners: &mut Corners, limits: &dyn Bounds) -> Result<(),
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::formats::{Limits, mesh::tests::turned};
+    use crate::formats::{Limits, MeshWay, mesh::tests::turned};
 
     const CORNERS: [[f32; 3]; 6] = [
         [0.0, 0.0, 0.0],
@@ -210,11 +212,12 @@ pub(super) mod tests {
         let expected = [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, 1.0, 0.0], [1.5, 1.0, 0.0]];
         for file in [binary_file(), ascii_file().into_bytes()] {
             assert_eq!(Format::detect(&file), Some(Format::Stl));
-            let cloud = read(&file, &Limits { max_points: 4 }).unwrap();
+            let how = Meshes { way: MeshWay::Vertices, ..Meshes::default() };
+            let cloud = read(&file, &how, &Limits { max_points: 4 }).unwrap();
             let points: Vec<[f64; 3]> = cloud.points.iter().map(|&p| p.into()).collect();
             assert_eq!(points, expected);
             assert_eq!(
-                read(&file, &Limits { max_points: 3 }),
+                read(&file, &how, &Limits { max_points: 3 }),
                 Err(FormatError::TooManyPoints { points: 4, limit: 3 })
             );
         }
@@ -227,13 +230,13 @@ pub(super) mod tests {
         file[83] = 255;
         let announced = 3 * (255 * (1 << 24) + 2);
         assert_eq!(
-            read(&file, &Limits::default()),
+            read(&file, &Meshes::default(), &Limits::default()),
             Err(FormatError::Truncated { format: Format::Stl, announced, found: 6 })
         );
     }
 
     #[test]
-    fn a_cad_mesh_is_refused_and_words_may_be_in_capitals() {
+    fn a_cad_mesh_is_sampled_and_words_may_be_in_capitals() {
         let (points, faces) = turned(48, 10.0, 40.0, 10.0);
         let mut text = String::from("solid part\n");
         for face in faces {
@@ -245,8 +248,10 @@ pub(super) mod tests {
         }
         for text in [text.clone(), text.to_uppercase()] {
             assert_eq!(Format::detect(text.as_bytes()), Some(Format::Stl));
-            let refused = FormatError::CadMesh { format: Format::Stl, vertices: 98 };
-            assert_eq!(read(text.as_bytes(), &Limits::default()), Err(refused));
+            let cloud = read(text.as_bytes(), &Meshes::default(), &Limits::default()).unwrap();
+            let mesh = cloud.mesh.unwrap();
+            assert_eq!((mesh.vertices, mesh.faces), (98, 192));
+            assert!(mesh.samples.is_some());
         }
     }
 }

@@ -25,28 +25,38 @@ pub struct PointCloud {
     pub input_len: usize,
     /// Rows and columns, where the input was organised.
     pub grid: Option<Grid>,
-    /// The mesh that the points are samples of.
-    pub mesh: Option<Arc<SampledMesh>>,
+    /// The mesh, where the input was one.
+    pub mesh: Option<Arc<Mesh>>,
 }
 
-/// A mesh whose surface was sampled, and what each sample is of.
+/// A mesh, of which the points are the vertices or samples.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SampledMesh {
+pub struct Mesh {
     /// Vertices of the file.
     pub vertices: usize,
     /// Faces of the file.
     pub faces: usize,
+    /// What the points are samples of; the points are the vertices where it is absent.
+    pub samples: Option<MeshSamples>,
+}
+
+/// How the surface of a mesh was sampled, and what each sample is of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshSamples {
     /// Distance of a sample from the next, were they on squares.
     pub spacing: f64,
-    /// The largest distance of the surface from the flat faces that stand for it.
+    /// The largest distance of the curved surfaces from the flat faces that stand for them, but for a few. Samples scatter
+    /// by a tenth of it.
     pub chord_error: f64,
+    /// Faces of the file.
+    pub faces: usize,
     /// The face of each point.
     pub face_of: Vec<u32>,
     /// Faces with an area and without a sample, each with a sample near by.
     pub stand_ins: Vec<[u32; 2]>,
 }
 
-impl SampledMesh {
+impl MeshSamples {
     /// The label of each face: the one that most of its samples have, the smaller one of two; -1 without any area.
     pub fn face_labels(&self, labels: &[i32]) -> Vec<i32> {
         let mut pairs: Vec<(u32, i32)> =

@@ -8,7 +8,7 @@ mod recover;
 mod surface;
 
 pub use classify::{CanonicalForm, QuadricType, classify};
-pub use cloud::{Grid, PointCloud, SampledMesh};
+pub use cloud::{Grid, Mesh, MeshSamples, PointCloud};
 pub use frame::Frame;
 pub use quadric::{Quadric, Scale};
 pub use recover::{Recovered, Tolerance, recover, recover_local};

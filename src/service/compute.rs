@@ -2,10 +2,12 @@ use std::{sync::Arc, time::Instant};
 
 use sha2::{Digest, Sha256};
 
-use super::{Document, Input, Request, ServiceError, Timing, UnassignedPoints};
+use super::{
+    Document, Input, MeshInput, MeshPoints, Request, ServiceError, Timing, UnassignedPoints,
+};
 use crate::{
     formats::{self, Fields, Format, Hints, Limits, Watched},
-    geometry::PointCloud,
+    geometry::{Mesh, PointCloud},
     jobs::{Control, trace},
     model::relations::Relations,
     segment::{Segmentation, segment},
@@ -71,6 +73,7 @@ pub fn compute(
         sha256,
         format: format.map(Format::name).unwrap_or_default().to_owned(),
         skipped: cloud.skipped(),
+        mesh: cloud.mesh.as_deref().map(mesh),
     };
     let document = document(&cloud, found, request.snap, input, timing);
     Ok(Answer {
@@ -79,6 +82,18 @@ pub fn compute(
         fields: Fields::default(),
         name: request.name.clone(),
     })
+}
+
+/// What is told of a mesh.
+fn mesh(mesh: &Mesh) -> MeshInput {
+    let samples = mesh.samples.as_ref();
+    MeshInput {
+        points: samples.map_or(MeshPoints::Vertices, |_| MeshPoints::Samples),
+        vertices: mesh.vertices,
+        faces: mesh.faces,
+        spacing: samples.map(|samples| samples.spacing),
+        chord_error: samples.map(|samples| samples.chord_error),
+    }
 }
 
 /// An error of reading, which says so where the bytes look like another format than the one that was named.
@@ -110,6 +125,8 @@ fn document(
     input: Input,
     timing: Timing,
 ) -> Document {
+    let samples = cloud.mesh.as_deref().and_then(|mesh| mesh.samples.as_ref());
+    let face_labels = samples.map(|samples| samples.face_labels(&found.labels));
     let mut regions = found.regions;
     let mut relations = Relations::of(&regions);
     let snapping = if snap { relations.snap(&mut regions) } else { None };
@@ -127,6 +144,7 @@ fn document(
         parameters: found.parameters,
         regions,
         labels: Some(cloud.labels_in_input_order(found.labels)),
+        face_labels,
         sampling: found.sampling,
         warnings: found.warnings,
         relations,

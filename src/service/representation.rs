@@ -295,10 +295,17 @@ mod tests {
             let labels: Vec<i32> = (0..n as i32).map(|k| k % 1013 - 1).collect();
             let document = Document {
                 conicoid: "1".into(),
-                input: Input { points: n, sha256: "0".into(), format: "ply".into(), skipped: 0 },
+                input: Input {
+                    points: n,
+                    sha256: "0".into(),
+                    format: "ply".into(),
+                    skipped: 0,
+                    mesh: None,
+                },
                 parameters: Parameters::default(),
                 regions: Vec::new(),
                 labels: Some(labels),
+                face_labels: None,
                 unassigned: UnassignedPoints::default(),
                 sampling: None,
                 warnings: Vec::new(),

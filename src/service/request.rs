@@ -1,61 +1,13 @@
 use std::time::Duration;
 
-use super::{ErrorKind, ServiceError};
+use super::{ErrorKind, OPTIONS, ServiceError};
 use crate::{
-    formats::{Columns, Format, Hints},
+    formats::{Columns, Format, Hints, MeshWay, Meshes},
     segment::{PARAMETERS, ParameterKind, ParameterSpec, Parameters},
 };
 
-const FORMATS: &[&str] = &["ply", "xyz", "pcd", "las", "e57", "stl", "obj", "off"];
-
-/// What a request may say beyond the method's parameters, in the same terms.
-pub const OPTIONS: &[ParameterSpec] = &[
-    ParameterSpec {
-        name: "format",
-        kind: ParameterKind::Choice(FORMATS),
-        unit: None,
-        default: None,
-        help: "The cloud's format (from its media type, file name or bytes when absent); other usual endings, such as csv, txt and laz, name it too",
-    },
-    ParameterSpec {
-        name: "columns",
-        kind: ParameterKind::Columns { max: Columns::MAX },
-        unit: None,
-        default: None,
-        help: "Which columns of a text are x, y and z, counted from 1, such as 2,3,4 behind a running number (by their names, or the first three, when absent)",
-    },
-    ParameterSpec {
-        name: "name",
-        kind: ParameterKind::Text { max: MAX_NAME },
-        unit: None,
-        default: None,
-        help: "What the cloud is called in its report, such as the name of its file",
-    },
-    ParameterSpec {
-        name: "labels",
-        kind: ParameterKind::Choice(&["inline", "none"]),
-        unit: None,
-        default: Some("inline"),
-        help: "Whether the answer holds one label a point",
-    },
-    ParameterSpec {
-        name: "snap",
-        kind: ParameterKind::Boolean,
-        unit: None,
-        default: Some("false"),
-        help: "Whether each region is given a second surface, `snapped`, for which all accepted relations hold exactly",
-    },
-    ParameterSpec {
-        name: "deadline",
-        kind: ParameterKind::Number { min: 0.1, max: 86_400.0 },
-        unit: Some("seconds"),
-        default: None,
-        help: "Longest time the work may take (the service's own limit when absent)",
-    },
-];
-
 /// Longest name of a cloud, in characters: what file systems allow a file.
-const MAX_NAME: usize = 255;
+pub(super) const MAX_NAME: usize = 255;
 /// Longest text of one value: that of the longest 64-bit number, written without an exponent.
 const MAX_VALUE_BYTES: usize = 350;
 /// Longest text of a list: three such numbers.
@@ -81,6 +33,8 @@ pub struct Request {
     pub format: Option<Format>,
     /// The columns of a text; by their names or their place when absent.
     pub columns: Option<Columns>,
+    /// How a mesh is read.
+    pub meshes: Meshes,
     /// What the cloud is called.
     pub name: Option<String>,
     /// Whether the answer holds the labels.
@@ -99,6 +53,7 @@ impl Default for Request {
             parameters: Parameters::default(),
             format: None,
             columns: None,
+            meshes: Meshes::default(),
             name: None,
             labels: true,
             snap: false,
@@ -146,6 +101,9 @@ impl Request {
             "columns" => {
                 self.columns = Some(columns(text).ok_or_else(|| invalid(name, value))?);
             }
+            "mesh" | "mesh_spacing" | "mesh_points" => {
+                self.set_mesh(name, text).ok_or_else(|| invalid(name, value))?;
+            }
             "name" => {
                 let is_line = text.chars().count() <= MAX_NAME && !value.contains(char::is_control);
                 let line = is_line.then(|| text.to_owned()).ok_or_else(|| invalid(name, value))?;
@@ -173,9 +131,35 @@ impl Request {
         Ok(())
     }
 
+    fn set_mesh(&mut self, name: &str, text: &str) -> Option<()> {
+        let kind = OPTIONS.iter().find(|spec| spec.name == name)?.kind;
+        match kind {
+            ParameterKind::Number { max, .. } => {
+                let spacing: f64 = text.parse().ok()?;
+                self.meshes.spacing = Some(spacing).filter(|s| *s > 0.0 && *s <= max);
+                self.meshes.spacing.map(drop)
+            }
+            ParameterKind::Integer { min, max } => {
+                let most: usize = text.parse().ok()?;
+                (min..=max).contains(&(most as u64)).then_some(())?;
+                self.meshes.most = most.try_into().ok()?;
+                Some(())
+            }
+            _ => {
+                self.meshes.way = match text {
+                    "auto" => MeshWay::Auto,
+                    "vertices" => MeshWay::Vertices,
+                    "faces" => MeshWay::Faces,
+                    _ => return None,
+                };
+                Some(())
+            }
+        }
+    }
+
     /// What the request says of the cloud's bytes.
     pub fn hints(&self) -> Hints {
-        Hints { format: self.format, columns: self.columns }
+        Hints { format: self.format, columns: self.columns, meshes: self.meshes }
     }
 
     /// Takes the format from where the request does not name it.
@@ -275,7 +259,7 @@ mod tests {
 
     #[test]
     fn the_format_list_is_the_formats_there_are() {
-        assert_eq!(FORMATS, Format::ALL.map(Format::name));
+        assert_eq!(super::super::options::FORMATS, Format::ALL.map(Format::name));
     }
 
     #[test]
@@ -316,6 +300,23 @@ mod tests {
         }
         assert!(kind("name", &"𝔵".repeat(255)).is_ok());
         assert_eq!(Request::from_pairs([("name", " ")]).map(|request| request.name), Ok(None));
+        for (name, value) in [
+            ("mesh", "triangles"),
+            ("mesh_spacing", "0"),
+            ("mesh_spacing", "1.1e12"),
+            ("mesh_points", "999"),
+            ("mesh_points", "10000001"),
+        ] {
+            assert_eq!(kind(name, value), Err(ErrorKind::InvalidParameter), "{name}={value}");
+        }
+        for (name, value) in [
+            ("mesh", "faces"),
+            ("mesh_spacing", "1e12"),
+            ("mesh_points", "1000"),
+            ("mesh_points", "10000000"),
+        ] {
+            assert!(kind(name, value).is_ok(), "{name}={value}");
+        }
         assert!(kind("deadline", "86400").is_ok() && kind("deadline", "0.1").is_ok());
     }
 }

@@ -22,6 +22,7 @@ mod deploy;
 mod dimensions;
 mod jobs;
 mod joints;
+mod meshes;
 mod parameters;
 mod properties;
 mod relations;

@@ -12,6 +12,9 @@ use crate::geometry::Vec3;
 const SHARPEST: f64 = 46.0 * std::f64::consts::PI / 180.0;
 /// The largest bend that needs its like on one side only, in radians: twelve sides a turn.
 const EASY: f64 = 31.0 * std::f64::consts::PI / 180.0;
+/// The largest bend, in radians, that needs no like between two triangles, which are of any width where vertices lie in no
+/// order: thirty sides a turn.
+const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 /// How many times the bend a length may differ between parallel edges of one surface: less than the two of a flat facet
 /// as wide as the curved one beside it.
 const ALIKE: f64 = 1.8;
@@ -20,16 +23,18 @@ const ALIKE_TRIANGLE: f64 = 6.0;
 /// How many times as wide as the next one a facet of a curved surface may be.
 const WIDER: f64 = 3.0;
 /// The same of two triangles, which may be slivers.
-const WIDER_TRIANGLE: f64 = 12.0;
+const WIDER_TRIANGLE: f64 = 5.0;
 /// Share of its facets' larger bends below which an edge may be within a surface whatever its bend a length is: four
 /// corners happen to lie nearly in one plane. Half of them is what an edge to a flat facet has.
 const SLIGHT: f64 = 0.25;
+/// How many times what the bends of a facet explain its surface may rise above a chord.
+const MOST_RISE: f64 = 2.0;
 /// Cosine of the angle up to which edges run in about one direction.
 const BESIDE: f64 = 0.5;
-/// Cosine of the angle from which on they run across each other, and how many times the bends a length of edges in between
-/// may differ: those of triangles with like sides are like.
+/// Cosine of the angle from which on edges run across each other, and how many times the bends a length of
+/// edges in between may differ: those of triangles with like sides are like.
 const ACROSS: f64 = 0.25;
-const ALIKE_ACROSS: f64 = 2.5;
+const ALIKE_ACROSS: f64 = 1.8;
 /// Cosine of the angle up to which they are parallel.
 const PARALLEL: f64 = 0.9;
 
@@ -84,8 +89,8 @@ impl Bend {
 pub(super) struct Smooth {
     /// Whether each side of each triangle is inside of a smooth surface, flat or curved.
     pub(super) sides: Vec<[bool; 3]>,
-    /// By how much the bends of each facet say that the surface rises above it.
-    pub(super) rise: Vec<f64>,
+    /// How the surface is curved at each facet.
+    pub(super) facets: Vec<Curved>,
 }
 
 /// Looks where a mesh is smooth.
@@ -106,34 +111,30 @@ pub(super) fn smooth(sheet: &Sheet) -> Smooth {
                 || bend_at[t][k] != NONE && curved[bend_at[t][k] as usize])
     };
     let sides = (0..sheet.triangles.len()).map(|t| [0, 1, 2].map(|k| smooth(t, k))).collect();
-    Smooth { sides, rise: rises(sheet, &bends, &curved) }
+    Smooth { sides, facets: curved_facets(sheet, &bends, &curved) }
 }
 
-/// By how much the bends of each facet say that the surface rises above it: the least that one says, where it is more than
-/// slight.
-fn rises(sheet: &Sheet, bends: &[Bend], curved: &[bool]) -> Vec<f64> {
-    let curved = || bends.iter().zip(curved).filter(|(_, curved)| **curved).map(|(bend, _)| bend);
-    let mut most = vec![0.0_f64; sheet.facets.len()];
-    for bend in curved() {
-        for &f in &bend.facets {
-            most[f as usize] = most[f as usize].max(bend.angle);
+/// How much the bends of a facet say that the surface is curved: the direction of each edge, and its bend a length.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Curved(Vec<(Vec3, f64)>);
+
+impl Curved {
+    /// The most that the surface may rise above a chord: an eighth of the curvature times the square of the length across
+    /// the edge, and some more, for a bend a length is a mean.
+    pub(super) fn most_rise(&self, chord: &Vec3) -> f64 {
+        let rise = |(edge, curvature): &(Vec3, f64)| edge.cross(chord).norm_squared() * curvature;
+        MOST_RISE / 8.0 * self.0.iter().map(rise).fold(0.0, f64::max)
+    }
+}
+
+fn curved_facets(sheet: &Sheet, bends: &[Bend], curved: &[bool]) -> Vec<Curved> {
+    let mut facets = vec![Curved::default(); sheet.facets.len()];
+    for (bend, _) in bends.iter().zip(curved).filter(|(_, curved)| **curved) {
+        for &facet in &bend.facets {
+            facets[facet as usize].0.push((bend.direction, bend.curvature()));
         }
     }
-    let mut rise = vec![f64::INFINITY; sheet.facets.len()];
-    for bend in curved() {
-        for (&facet, reach) in bend.facets.iter().zip(bend.reach) {
-            if bend.angle < SLIGHT * most[facet as usize] {
-                continue;
-            }
-            // turned from the edge by the facet's share of the bend
-            let turn = bend.curvature() * reach;
-            // a quadrangle is twice as wide as its middle is far, a triangle three times, and its sides are longer
-            let more = if sheet.facets[facet as usize].triangles == 1 { 4.0 } else { 2.2 };
-            let rise = &mut rise[facet as usize];
-            *rise = rise.min(more * reach * libm::tan(turn / 2.0));
-        }
-    }
-    rise.into_iter().map(|rise| if rise.is_finite() { rise } else { 0.0 }).collect()
+    facets
 }
 
 /// The edges between facets, and the number of that at each side.
@@ -165,9 +166,13 @@ fn is_curved(sheet: &Sheet, bends: &[Bend], of_facet: &[Vec<u32>], number: usize
     let bend = &bends[number];
     let [near, far] = bend.reach;
     let triangles = bend.facets.map(|f| sheet.facets[f as usize].triangles == 1);
-    let wider = if triangles == [true; 2] { WIDER_TRIANGLE } else { WIDER };
+    let is_gentle = triangles == [true; 2] && bend.angle < GENTLE;
+    let wider = if is_gentle { WIDER_TRIANGLE } else { WIDER };
     if bend.angle > SHARPEST || near > wider * far || far > wider * near {
         return false;
+    }
+    if is_gentle {
+        return true;
     }
     let others = |facet: u32| {
         let others = of_facet[facet as usize].iter().filter(|b| **b as usize != number);
@@ -184,7 +189,8 @@ fn is_curved(sheet: &Sheet, bends: &[Bend], of_facet: &[Vec<u32>], number: usize
             let other = &bends[b as usize];
             let turn = bend.direction.dot(&other.direction).abs();
             let same_way = other.up[other.side_of(facet)] == bend.up[side];
-            if b as usize == number || turn < ACROSS || !same_way || on_one_line(bend, other) {
+            let aside = turn < ACROSS;
+            if b as usize == number || aside || !same_way || on_one_line(bend, other) {
                 continue;
             }
             let ratio = other.curvature() / bend.curvature();

@@ -21,7 +21,7 @@ use super::polygons::{Faces, Triangle};
 use super::sheet::Sheet;
 use crate::geometry::Vec3;
 
-/// Fewer vertices hold no surface in any case.
+/// Fewer vertices are no measurement: a region needs more.
 const FEWEST_VERTICES: usize = 10;
 /// The least measure of a mesh that may be refused.
 const COARSE: f64 = 8.0;
@@ -47,8 +47,9 @@ const MOST_FLAT: f64 = 1e-4;
 /// Whether the vertices of a mesh are the corners of large faces alone. `places` tells which vertices are one.
 pub(super) fn is_coarse(sheet: &Sheet, places: &[u32]) -> bool {
     let shape = Shape::of(sheet.triangles, sheet.points, places);
-    is_starved(sheet, &shape)
-        || sheet.points.len() >= FEWEST_VERTICES && shape.is_coarse()
+    // a cloud with a few faces is no mesh
+    2 * shape.corners() >= shape.places
+        && (shape.places < FEWEST_VERTICES || is_starved(sheet, &shape) || shape.is_coarse())
 }
 
 /// Whether a good part of the area is in flat facets without a vertex inside that are large beside their sides: no
@@ -139,10 +140,6 @@ impl<'a> Shape<'a> {
 
     fn is_coarse(&self) -> bool {
         let corners = self.corners();
-        if 2 * corners < self.places {
-            // a cloud with a few faces is no mesh
-            return false;
-        }
         let measure = self.sq_edge * corners as f64 / self.area;
         let diagonal = self.diagonal();
         let spans = self.sq_edge > (SPAN * diagonal).powi(2);
@@ -211,4 +208,3 @@ impl<'a> Shape<'a> {
         area.map(|(t, _)| t.area).sum::<f64>() / self.area
     }
 }
-

@@ -24,7 +24,7 @@ pub(super) struct Lift {
 impl Lift {
     pub(super) fn of(sheet: &Sheet, corners: &Corners, t: usize) -> Self {
         // directions at the ends of a long side may be off by little, and its height by much
-        let rise = corners.rise[sheet.facet_of[t] as usize];
+        let facet = &corners.facets[sheet.facet_of[t] as usize];
         let places = sheet.triangles[t].corners.map(|i| sheet.at(i));
         let normal = sheet.triangles[t].normal;
         let known = &corners.of[t];
@@ -48,7 +48,7 @@ impl Lift {
                 std::cmp::Ordering::Equal => (first.1 + second.1) / 2.0,
             };
             let bend = bend.clamp(-STEEPEST, STEEPEST);
-            let most = rise / (chord.norm() / 2.0);
+            let most = facet.most_rise(&chord) / (chord.norm() / 2.0);
             let bend = bend.clamp(-2.0 * libm::atan(most), 2.0 * libm::atan(most));
             let up = known[ends[0]].normal + known[ends[1]].normal;
             let up = (up - up.dot(&along) * along).try_normalize(0.0).unwrap_or(normal);

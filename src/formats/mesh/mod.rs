@@ -19,7 +19,7 @@ use std::num::NonZeroUsize;
 pub(super) use polygons::Faces;
 
 use super::{Bounds, FormatError};
-use crate::geometry::{PointCloud, SampledMesh, Vec3};
+use crate::geometry::{Mesh, MeshSamples, PointCloud, Vec3};
 use normals::Corners;
 use polygons::Triangle;
 use sample::Samples;
@@ -69,9 +69,13 @@ pub(super) fn cloud(
     how: &Meshes,
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
-    let vertices = |points| Ok(PointCloud::from_points(points));
+    let vertices = |points: Vec<Vec3>| {
+        let mesh = Mesh { vertices: points.len(), faces: faces.count(), samples: None };
+        let mesh = (faces.count() > 0).then(|| mesh.into());
+        Ok(PointCloud { mesh, ..PointCloud::from_points(points) })
+    };
     let asked = how.way == MeshWay::Faces;
-    if how.way == MeshWay::Vertices || (faces.len() == 0 || faces.too_many()) && !asked {
+    if how.way == MeshWay::Vertices || (faces.count() == 0 || faces.too_many()) && !asked {
         return vertices(points);
     }
     if faces.too_many() {
@@ -94,7 +98,7 @@ pub(super) fn cloud(
     }
     let smooth = bends::smooth(&sheet);
     limits.go_on()?;
-    let corners = Corners::of(&sheet, &smooth.sides, smooth.rise);
+    let corners = Corners::of(&sheet, &smooth.sides, smooth.facets);
     let most = (limits.most()).min(how.most.get() as u64) as usize;
     let spacing = how.spacing.unwrap_or_else(|| sample::spacing(&sheet, &smooth.sides, most));
     let area: f64 = triangles.iter().map(|t| t.area).sum();
@@ -104,7 +108,7 @@ pub(super) fn cloud(
     }
     let samples = sample::samples(&sheet, &corners, spacing);
     limits.go_on()?;
-    Ok(told(samples, &triangles, &sheet, faces.len(), points.len()))
+    Ok(told(samples, &triangles, &sheet, faces.count(), points.len()))
 }
 
 /// The samples with what is told of the mesh.
@@ -116,14 +120,14 @@ fn told(
     vertices: usize,
 ) -> PointCloud {
     let face_of = samples.triangle_of.iter().map(|&t| triangles[t as usize].face).collect();
-    let mesh = SampledMesh {
-        vertices,
-        faces,
+    let told = MeshSamples {
         spacing: samples.spacing,
         chord_error: samples.chord_error,
+        faces,
         face_of,
         stand_ins: stand_ins(&samples, triangles, sheet),
     };
+    let mesh = Mesh { vertices, faces, samples: Some(told) };
     let mut cloud = PointCloud::from_points(samples.points);
     cloud.mesh = Some(mesh.into());
     cloud

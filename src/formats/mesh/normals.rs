@@ -4,6 +4,7 @@
 //! weights (Weights for computing vertex normals from facet normals, Journal of Graphics Tools 4, 1999), sine of the
 //! corner over the product of its edges: exact on spheres, and on cylinders where facets are of unlike width.
 
+use super::bends::Curved;
 use super::sheet::{NONE, Sheet};
 use crate::geometry::Vec3;
 
@@ -37,8 +38,8 @@ pub(super) struct Corners {
     pub(super) of: Vec<[Corner; 3]>,
     fans: Vec<[u32; 3]>,
     directions: Vec<Vec<Vec3>>,
-    /// By how much the bends of each facet say that the surface rises above it.
-    pub(super) rise: Vec<f64>,
+    /// How the surface is curved at each facet.
+    pub(super) facets: Vec<Curved>,
 }
 
 impl Corners {
@@ -48,14 +49,14 @@ impl Corners {
         self.directions[fan].iter().any(|d| d.dot(towards) < -0.5)
     }
 
-    pub(super) fn of(sheet: &Sheet, smooth: &[[bool; 3]], rise: Vec<f64>) -> Self {
+    pub(super) fn of(sheet: &Sheet, smooth: &[[bool; 3]], facets: Vec<Curved>) -> Self {
         let alone = |t: usize| Corner { normal: sheet.triangles[t].normal, kind: Kind::Alone };
         let n = sheet.triangles.len();
         let mut corners = Self {
             of: (0..n).map(|t| [alone(t); 3]).collect(),
             fans: vec![[NONE; 3]; n],
             directions: Vec::new(),
-            rise,
+            facets,
         };
         let mut fan = Vec::new();
         for t in 0..n {

@@ -14,6 +14,8 @@ pub(in crate::formats) struct Faces {
     corners: Vec<u32>,
     /// Where each face's corners end.
     ends: Vec<u32>,
+    /// How many faces there are, kept or not.
+    count: usize,
     too_many: bool,
 }
 
@@ -28,6 +30,7 @@ impl Faces {
 
     /// Adds a face with its corners in their order.
     pub(in crate::formats) fn push(&mut self, face: &[u32]) {
+        self.count += 1;
         self.too_many |= self.corners.len() + face.len() > Self::MOST_CORNERS;
         if !self.too_many {
             self.corners.extend(face);
@@ -35,9 +38,14 @@ impl Faces {
         }
     }
 
+    /// Notes how many faces there are where not all are added.
+    pub(in crate::formats) fn set_count(&mut self, count: u64) {
+        self.count = usize::try_from(count).unwrap_or(usize::MAX);
+    }
+
     /// How many faces there are.
-    pub(super) fn len(&self) -> usize {
-        self.ends.len()
+    pub(super) fn count(&self) -> usize {
+        self.count
     }
 
     /// Whether there are more than are kept.
@@ -53,8 +61,9 @@ impl Faces {
 
     /// The triangles of the faces that have an area, each once; corners are the first vertices at their places.
     pub(super) fn triangles(&self, points: &[Vec3], places: &[u32]) -> Vec<Triangle> {
-        let mut triangles = Vec::with_capacity(self.corners.len().saturating_sub(2 * self.len()));
-        let mut seen = HashSet::with_capacity(self.len());
+        let mut triangles =
+            Vec::with_capacity(self.corners.len().saturating_sub(2 * self.ends.len()));
+        let mut seen = HashSet::with_capacity(self.ends.len());
         let mut corners = Vec::new();
         for (face, places_of) in (0..).zip(self.each()) {
             corners.clear();

@@ -9,15 +9,23 @@ use super::{
 /// The faces in a file, as far as they are of use.
 pub(super) fn read(bytes: &[u8], header: &Header) -> Faces {
     let mut faces = Faces::default();
-    if let Some(element) = header.elements.iter().position(|e| e.is_named("face") && e.count > 0) {
+    if let Some(element) = element(header) {
         let read = match header.encoding {
             Encoding::Ascii => ascii_faces(bytes, header, element, &mut faces),
             Encoding::Binary(endian) => binary_faces(bytes, header, element, endian, &mut faces),
         };
         // the faces read before the first that is cut off do
         let _ = read;
+        if !faces.are_wanted() {
+            faces.set_count(header.elements[element].count);
+        }
     }
     faces
+}
+
+/// The place of the faces among the elements.
+pub(super) fn element(header: &Header) -> Option<usize> {
+    header.elements.iter().position(|e| e.is_named("face") && e.count > 0)
 }
 
 /// The place of the list of corners among the properties.
@@ -57,12 +65,7 @@ fn binary_faces(
     Some(())
 }
 
-fn ascii_faces(
-    bytes: &[u8],
-    header: &Header,
-    element: usize,
-    faces: &mut Faces,
-) -> Option<()> {
+fn ascii_faces(bytes: &[u8], header: &Header, element: usize, faces: &mut Faces) -> Option<()> {
     let mut words = Words::new(Format::Ply, bytes, header.body);
     for other in &header.elements[..element] {
         ascii::skip(&mut words, other).ok()??;

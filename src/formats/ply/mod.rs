@@ -13,7 +13,7 @@ pub use fields::Fields;
 use header::{Encoding, Header};
 
 use super::{
-    Bounds, Format, FormatError,
+    Bounds, FormatError,
     mesh::{self, MeshWay, Meshes},
 };
 use crate::geometry::PointCloud;
@@ -41,6 +41,11 @@ pub(super) fn read(
     let cloud = mesh::cloud(points, &faces, how, limits)?;
     // samples lie on no grid
     Ok(PointCloud { grid: grid.filter(|_| cloud.mesh.is_none()), ..cloud })
+}
+
+/// Whether the header announces faces.
+pub(super) fn has_faces(bytes: &[u8]) -> bool {
+    Header::parse(bytes).is_ok_and(|header| faces::element(&header).is_some())
 }
 
 /// The points that the header announces, as far as the bytes can hold them.

@@ -2,6 +2,7 @@
 
 pub mod clouds;
 pub mod curves;
+pub mod facets;
 pub mod related;
 pub mod solid;
 pub mod step;
