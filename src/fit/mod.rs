@@ -1,9 +1,11 @@
 //! Fits: the scatter matrix, its condition and the seed's direct fit; starts without iteration,
 //! orthogonal-distance least squares and their uncertainty.
 
+pub(crate) mod blocks;
 mod columns;
 pub mod constant;
 mod constrained;
+pub(crate) mod correlation;
 pub(crate) mod covariance;
 mod direct;
 mod eigen;

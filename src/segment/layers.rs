@@ -13,7 +13,6 @@ use crate::segment::label::shares::Labelled;
 use crate::segment::moves::merge::{Joint, found};
 use crate::segment::partition::Partition;
 use crate::segment::prepare::noise::Noise;
-use crate::segment::prepare::place::place;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::sample::discover_on_samples;
 use crate::segment::sample::discovery::Discovery;
@@ -103,8 +102,7 @@ impl<'a> Layer<'a> {
         first: usize,
         monitor: &dyn Monitor,
     ) -> bool {
-        let (m, n) = (self.scene.len(), points.len());
-        let labels = (0..m).map(|k| self.labels[place(k, m, n)]).collect();
+        let labels = self.scene.places.iter().map(|&i| self.labels[i as usize]).collect();
         let mut model = Partition { shapes: self.shapes.clone(), labels, ..Partition::default() };
         let mut to: Vec<i32> = (0..model.shapes.len() as i32).collect();
         let mut own = vec![-1; to.len()];
@@ -171,7 +169,7 @@ pub fn with_rougher<'a>(
         }
 
         let own: Vec<Vec3> = left.iter().map(|&i| points[i as usize]).collect();
-        let noise = Noise { sigma, fills_volume: false, spanning: own.len(), rougher: true };
+        let noise = Noise { sigma, fills_volume: false, even: None, rougher: true };
         let next = Layer::of(&own, &noise, parameters, &quiet)?;
         vain = if next.labels.iter().all(|l| *l < 0) { vain + 1 } else { 0 };
         all.add(next, points, &left, monitor);
@@ -248,8 +246,7 @@ mod tests {
         let points: Vec<Vec3> =
             (0..4000).map(|k| sheet(random, if k < 2000 { SIGMA } else { 3.0 * SIGMA })).collect();
         let layer = |points: &[Vec3], sigma: f64| {
-            let spanning = points.len();
-            let noise = Noise { sigma, fills_volume: false, spanning, rougher: true };
+            let noise = Noise { sigma, fills_volume: false, even: None, rougher: true };
             Layer::of(points, &noise, &Parameters::default(), &Silent).unwrap()
         };
         let (fine, rough) = points.split_at(2000);

@@ -50,26 +50,31 @@ pub fn simplest(
     }
     let sample = points.thinned(INFLATION_SAMPLE.get());
     let share = (total / sample.len().max(1) as f64).max(1.0);
-    let inflation = Spread::of(&f.shape, &sample).inflation(sigma, share);
-    let length = |f: &Fitted| {
-        let chi2 = f.mean_sq * total / (sigma * sigma);
-        let length = chi2 / inflation + f.shape.family.description_length(total as usize);
-        if f.shape.family == Family::Plane { length - DOUBT.get() } else { length }
+    let spread = Spread::of(&f.shape, &sample);
+    let inflation = spread.inflation(sigma, share);
+    // What the richest saves over this one, in units of what such a change may save by chance, and its description.
+    let length = |g: &Fitted| {
+        let change = |p: &Vec3| g.shape.distance(p) - f.shape.distance(p);
+        let saved = (g.mean_sq - f.mean_sq) * total / (sigma * sigma);
+        let length = saved / spread.inflation_along(sigma, share, change)
+            + g.shape.family.description_length(total as usize);
+        if g.shape.family == Family::Plane { length - DOUBT.get() } else { length }
     };
     // How much of a form error is the family's is not for it to say.
     let within_form = |f: &Fitted, best: &Fitted| {
         inflation > DOUBLE.get() && f.mean_sq < GOOD.get() * best.mean_sq.max(sigma * sigma)
     };
-    let mut best = f;
+    let mut best = (length(&f), f);
     let bent = |s: &Shape| is_straightened(shape, s) && inflation <= DOUBLE.get();
     for s in simpler.into_iter().filter(|s| !bent(s)) {
-        if let Some(f) = fitted(&s, COLD_STEPS.get())
-            && (length(&f) < length(&best) || within_form(&f, &best))
-        {
-            best = f;
+        if let Some(f) = fitted(&s, COLD_STEPS.get()) {
+            let length = length(&f);
+            if length < best.0 || within_form(&f, &best.1) {
+                best = (length, f);
+            }
         }
     }
-    best.shape
+    best.1.shape
 }
 
 /// Simpler shapes near this one where its points lie, for a start.

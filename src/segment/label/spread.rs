@@ -17,8 +17,7 @@ use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
-/// Labels `points` (in Morton order) from the model of a sample of them; sample point k is point
-/// k * points / sample.
+/// Labels `points` (in Morton order) from the model of a sample of them, which knows its places among them.
 ///
 /// # Errors
 /// `monitor` cancelled the work.
@@ -41,7 +40,9 @@ pub fn spread(
             if monitor.cancelled() {
                 return Open::default();
             }
-            let mut nearest = Nearest { rulers: &rulers, inverse, first: c * CHUNK, labels };
+            let places = &scene.places;
+            let mut nearest =
+                Nearest { rulers: &rulers, inverse, places, first: c * CHUNK, labels };
             nearest.label(points, &around)
         })
         .collect();
@@ -76,6 +77,8 @@ struct Open {
 struct Nearest<'a> {
     rulers: &'a [Ruler],
     inverse: f64,
+    /// The places of the sample's points.
+    places: &'a [u32],
     /// The place of the chunk's first point.
     first: usize,
     labels: &'a mut [i32],
@@ -84,17 +87,17 @@ struct Nearest<'a> {
 impl Nearest<'_> {
     /// Labels the chunk, one stretch between two points of the sample after the other.
     fn label(&mut self, points: &[Vec3], around: &Around) -> Open {
-        let (n, m) = (points.len(), around.len());
         let (mut from, end) = (self.first, self.first + self.labels.len());
+        // The last point of the sample before these, or the first.
+        let mut q = self.places.partition_point(|&k| (k as usize) < from).saturating_sub(1);
         let mut open = Open::default();
         let mut candidates = Vec::new();
         let mut scratch = Scratch::default();
         while from < end {
-            let q = (from * m / n).min(m - 1);
-            let to = if q + 1 < m { ((q + 1) * n).div_ceil(m).min(end) } else { end };
+            let to = self.places.get(q + 1).map_or(end, |&next| end.min(next as usize + 1));
             around.beside(q, &mut candidates);
             self.label_stretch(&points[from..to], from, &candidates, &mut scratch, &mut open);
-            from = to;
+            (from, q) = (to, q + 1);
         }
         open
     }

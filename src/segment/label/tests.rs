@@ -153,9 +153,10 @@ fn a_cloud_takes_its_labels_from_its_sample() {
     let outlier = points.len() / 3;
     points[outlier].z += 20.0 * SIGMA;
     let m = points.len() / 5;
-    let places: Vec<usize> = (0..m).map(|k| place(k, m, points.len())).collect();
-    let sample = Scene::new(places.iter().map(|&i| points[i]).collect());
-    let labels = places.iter().map(|&i| truth[i]).collect();
+    let places: Vec<u32> = (0..m).map(|k| place(k, m, points.len()) as u32).collect();
+    let labels = places.iter().map(|&i| truth[i as usize]).collect();
+    let taken = places.iter().map(|&i| points[i as usize]).collect();
+    let sample = Scene::new(taken).taken_from(places);
     let model = partition(shapes, labels);
     let found = spread(&points, &sample, &model, SIGMA, &Silent).unwrap();
     assert_eq!(found.labels[outlier], -1);

@@ -4,6 +4,7 @@ pub mod boxes;
 pub mod candidates;
 pub mod closest;
 pub mod distinct;
+pub mod even;
 pub mod levels;
 pub mod morton;
 pub mod nearest;

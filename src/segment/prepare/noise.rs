@@ -8,15 +8,28 @@ use crate::fit::constant::constants;
 use crate::fit::general_fit;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
+use crate::segment::median::median;
+use crate::segment::prepare::closest::MANY;
+use crate::segment::prepare::even::even as apart;
 use crate::segment::prepare::levels::Level;
+use crate::segment::prepare::nearest::Runs;
+use crate::segment::prepare::patch::inner_breadth;
+use crate::segment::prepare::place::place;
 use crate::segment::prepare::steps::steps;
 use crate::segment::prepare::thinned::Thinned;
+use std::sync::Arc;
+
+/// Spacing of the points of a row over the reach of a patch on it, the root mean square distance of 24 points from
+/// their middle: sqrt(12 / 24^2).
+const ROW_SPACING: f64 = 0.144;
 
 constants! {
     /// Median roughness above which points fill a volume (1/3 in an even filling).
     pub VOLUME: f64 = 0.12, Trial(0.12, 0.12);
     /// Breadth of the nearest points from which on they span two directions: less, and they lie on one row.
     SPANNED: f64 = 0.1, Trial(0.1, 0.1);
+    /// Sites whose neighbourhoods are looked at for their breadth.
+    SITES: usize = 500, Effort("sites looked at");
     /// Share of the groups of patches that tell something at the first level looked at.
     USABLE: f64 = 0.6, Trial(0.6, 0.6);
     /// Thickness of patches, scatter over reach, in a filled volume: 0.45 to 0.6 there.
@@ -54,14 +67,14 @@ constants! {
 }
 
 /// What is known of a cloud's noise before any surface is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
     /// Standard deviation of the points along their normals; 0 where the points are exact.
     pub sigma: f64,
     /// Whether points fill a volume: patches stay as thick as wide however few points are left.
     pub fills_volume: bool,
-    /// Points of the cloud, thinned at random, whose neighbourhoods span two directions: more lie on rows.
-    pub spanning: usize,
+    /// The places of points of the cloud whose neighbourhoods span two directions, where those of all lie on rows.
+    pub even: Option<Arc<[u32]>>,
     /// Whether surfaces with less have been taken out.
     pub rougher: bool,
 }
@@ -72,12 +85,65 @@ pub struct Noise {
 /// and larger than what is not.
 pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     let steps = steps(points);
-    let thinned = Thinned::of(points, monitor);
-    let level = |l: u32| thinned.level(l).map(|patches| Level::of(&patches, &steps));
-    let Some(mut levels) = level(0).map(|first| vec![first]) else {
-        let (sigma, spanning) = (of_one_quadric(points), points.len());
-        return Noise { sigma, fills_volume: false, spanning, rougher: false };
+    let Some(first) = Thinned::of(points, monitor).level(0).map(|p| Level::of(&p, &steps)) else {
+        return Noise {
+            sigma: of_one_quadric(points),
+            fills_volume: false,
+            even: None,
+            rougher: false,
+        };
     };
+    let Some((places, even)) = off_rows(points, &first, monitor) else {
+        return of_levels(points, vec![first], &steps, monitor);
+    };
+    let levels = Thinned::of(&even, monitor).level(0).map(|p| Level::of(&p, &steps));
+    let noise = match levels {
+        Some(first) => of_levels(&even, vec![first], &steps, monitor),
+        None => {
+            Noise { sigma: of_one_quadric(&even), fills_volume: false, even: None, rougher: false }
+        }
+    };
+    Noise { even: Some(places.into()), ..noise }
+}
+
+/// The densest even part of a cloud whose neighbourhoods span two directions, where those of all its points, which
+/// `first` tells of, do not: its places and its points. None where there is none of enough points.
+fn off_rows(
+    points: &[Vec3],
+    first: &Level,
+    monitor: &dyn Monitor,
+) -> Option<(Vec<u32>, Vec<Vec3>)> {
+    if first.spans() {
+        return None;
+    }
+    // Neighbours of a row are a tenth of a patch's reach apart, and other rows are farther off than that.
+    let mut radius = first.reach * ROW_SPACING;
+    let mut places: Vec<u32> = (0..points.len() as u32).collect();
+    let mut even = points.to_vec();
+    while !monitor.cancelled() {
+        radius *= 2.0_f64.sqrt();
+        let some = apart(&even, radius);
+        if some.len() < MANY {
+            return None;
+        }
+        places = some.iter().map(|&k| places[k as usize]).collect();
+        even = some.iter().map(|&k| even[k as usize]).collect();
+        if spans(&even) {
+            return Some((places, even));
+        }
+    }
+    None
+}
+
+/// What ever thinner levels of points tell, the first of them at hand.
+fn of_levels(
+    points: &[Vec3],
+    mut levels: Vec<Level>,
+    steps: &[f64; 3],
+    monitor: &dyn Monitor,
+) -> Noise {
+    let thinned = Thinned::of(points, monitor);
+    let level = |l: u32| thinned.level(l).map(|patches| Level::of(&patches, steps));
     let spanned = first_spanned(&mut levels, level);
     // Where some places scatter far less than most, these see edges and walls.
     let least = levels[spanned].least_scatter().zip(levels[spanned].median_scatter());
@@ -101,11 +167,18 @@ pub fn estimate(points: &[Vec3], monitor: &dyn Monitor) -> Noise {
     };
     let few = points.len() < FEW.get();
     let sigma = if few { of_one_quadric(points).min(sigma) } else { sigma };
-    // Narrow faces and edges may leave a level little to tell by, and yet it spans two directions.
-    let spanned = levels.iter().position(Level::spans).unwrap_or(spanned);
-    // Where already the cloud does, all of it does.
-    let spanning = if spanned == 0 { points.len() } else { thinned.points(spanned as u32) };
-    Noise { sigma, fills_volume, spanning, rougher: false }
+    Noise { sigma, fills_volume, even: None, rougher: false }
+}
+
+/// Whether neighbourhoods of points in Morton order span two directions.
+fn spans(points: &[Vec3]) -> bool {
+    let (runs, sites) = (Runs::of(points), points.len().min(SITES.get()));
+    let breadth = |k: usize| {
+        let site = place(k, sites, points.len());
+        let near = runs.closest(&points[site], site);
+        inner_breadth(&near.places().iter().map(|&j| points[j as usize]).collect::<Vec<_>>())
+    };
+    median(&mut (0..sites).map(breadth).collect::<Vec<_>>()).is_some_and(|b| b > SPANNED.get())
 }
 
 /// Scatter about the quadric of any type that fits all points best.

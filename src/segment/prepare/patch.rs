@@ -91,7 +91,7 @@ impl Patch {
         let nearer = Sheet::of(&q, NEARER, rough.normal, TINY).map_or(f64::INFINITY, |s| {
             scale * (dot(&s.left, &s.left) / (NEARER - 6) as f64).sqrt()
         });
-        let inner_breadth = spread(&points[..INNER.get().min(MANY)]).1;
+        let inner_breadth = inner_breadth(points);
         let normal = fine.normal;
         let scatter = scatter.filter(|s| s.is_finite())?;
         Some(Self { scatter, of_sheets, nearer, reach, breadth, inner_breadth, normal })
@@ -101,6 +101,11 @@ impl Patch {
     pub fn thickness(&self) -> f64 {
         self.scatter / self.reach
     }
+}
+
+/// Breadth of the nearest points of a patch.
+pub fn inner_breadth(points: &[Vec3]) -> f64 {
+    spread(&points[..INNER.get().min(points.len())]).1
 }
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]

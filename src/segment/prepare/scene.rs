@@ -16,6 +16,8 @@ const CHUNK: usize = 512;
 pub struct Scene<'a> {
     /// The points, relative to the cloud's centre.
     pub points: Vec<Vec3>,
+    /// The place of each in the cloud that they were taken from, rising.
+    pub places: Vec<u32>,
     /// A unit normal of each point's neighbourhood; its sign means nothing.
     pub normals: Vec<Vec3>,
     /// How rough each neighbourhood is: the smallest eigenvalue's share of the scatter.
@@ -44,6 +46,11 @@ impl<'a> Scene<'a> {
     pub fn watched(points: Vec<Vec3>, monitor: &'a dyn Monitor) -> Result<Self, Cancelled> {
         let scene = Self::built(points, monitor);
         monitor.check().map(|()| scene)
+    }
+
+    /// The scene of points that had these places in a cloud.
+    pub fn taken_from(self, places: Vec<u32>) -> Self {
+        Self { places, ..self }
     }
 
     /// The scene; half of one where `monitor` cancels meanwhile.
@@ -79,7 +86,8 @@ impl<'a> Scene<'a> {
         let mid = n / 2;
         let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
         let work = Work::default();
-        Self { points, normals, roughness, neighbours, spacing, work, monitor }
+        let places = (0..n as u32).collect();
+        Self { points, places, normals, roughness, neighbours, spacing, work, monitor }
     }
 
     /// Whether the work on the scene is to stop. Loops over points, regions or pairs of them ask it every few

@@ -39,11 +39,6 @@ impl<'a> Thinned<'a> {
         Self { points, first, monitor }
     }
 
-    /// How many points a level has, about.
-    pub fn points(&self, level: u32) -> usize {
-        self.points.len() >> (self.first + BITS.get() as u32 * level)
-    }
-
     /// The patches of a level at the sites, in Morton order; `None` where the level has too few points.
     pub fn level(&self, level: u32) -> Option<Vec<Option<Patch>>> {
         let kept = self.kept(self.first + BITS.get() as u32 * level);

@@ -48,7 +48,7 @@ impl Known {
         let fit = tally.scatter.fit(members.len(), candidate.rejected);
         // The points' scatter about their surface tells its form error too.
         let freedom = members.len().saturating_sub(shape.family.dof()).max(1) as f64;
-        let sigma = found.noise.max(fit.rms * (members.len() as f64 / freedom).sqrt());
+        let sigma = found.rounding.max(fit.rms * (members.len() as f64 / freedom).sqrt());
         let stride = members.len().div_ceil(uncertainty::SAMPLE.get()).max(1);
         let some: Vec<Vec3> =
             members.iter().step_by(stride).map(|&i| found.points[i as usize]).collect();

@@ -27,7 +27,6 @@ use crate::segment::found::Found;
 use crate::segment::judge::one_quadric::one_quadric;
 use crate::segment::median::deviation;
 use crate::segment::partition::members;
-use crate::segment::prepare::place::place;
 use crate::segment::prepare::sampling::sampled;
 use crate::segment::report::constraints::{Candidate, enforce, most_rms};
 use crate::segment::report::joints::{Scale, joints};
@@ -74,8 +73,7 @@ pub fn report(
     let known: Vec<Known> =
         kept.par_iter().zip(&tallies).filter_map(|(c, t)| Known::of(c, t, &found)).collect();
     monitor.check()?;
-    let (m, n) = (found.scene.len(), labels.len());
-    let of_scene: Vec<i32> = (0..m).map(|k| labels[place(k, m, n)]).collect();
+    let of_scene: Vec<i32> = found.scene.places.iter().map(|&i| labels[i as usize]).collect();
     let joints = joints(&found.scene, &of_scene, &known, &Scale { sigma: found.noise, density });
     monitor.check()?;
     let told = dimensions::all(&known, &kept, &joints, &of_scene, &found, density);

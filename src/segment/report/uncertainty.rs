@@ -11,7 +11,7 @@ use crate::segment::report::motion::motions;
 
 constants! {
     /// Points of a region whose derivatives are worth summing; of more, every n-th may stand for the rest.
-    pub SAMPLE: usize = 6_000, Effort("points of one sum");
+    pub SAMPLE: usize = 60_000, Effort("points of one sum");
     /// A size whose standard deviation is over this share of its value cannot be told from zero or from
     /// infinity; so cannot an angle of this many radians.
     IDENTIFIABLE: f64 = 1.0 / 3.0, Derived("three standard deviations reach zero");

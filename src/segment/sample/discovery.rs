@@ -41,7 +41,8 @@ impl Discovery<'_> {
     }
 }
 
-/// Finds surfaces on at most `limit` of the points, evenly along their Morton order, whose noise is `estimated`.
+/// Finds surfaces on at most `limit` of the points, evenly along their Morton order, whose noise is `estimated`; where they
+/// lie on rows, of those that do not.
 pub fn discover<'a>(
     points: &[Vec3],
     limit: usize,
@@ -50,10 +51,12 @@ pub fn discover<'a>(
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<Discovery<'a>, SegmentError> {
-    let n = points.len();
+    let n = estimated.even.as_ref().map_or(points.len(), |even| even.len());
     let m = n.min(limit);
-    let taken = (0..m).map(|k| points[place(k, m, n)]).collect();
-    let mut scene = Scene::watched(taken, monitor)?;
+    let at = |k: usize| estimated.even.as_ref().map_or(k, |even| even[k] as usize);
+    let places: Vec<u32> = (0..m).map(|k| at(place(k, m, n)) as u32).collect();
+    let taken = places.iter().map(|&i| points[i as usize]).collect();
+    let mut scene = Scene::watched(taken, monitor)?.taken_from(places);
     let extent = extent(&scene.points);
     let rounding = rounding(&scene.points);
     let noise = parameters.noise_sigma.unwrap_or(estimated.sigma).max(rounding);

@@ -18,8 +18,6 @@ constants! {
     FINE: usize = 320_000, Effort("points of the densest sample");
     /// Points of the sample that every surface must have for the sample to count as dense enough.
     DENSE_ENOUGH: usize = 200, Effort("samples that are not made denser");
-    /// Points that a sample has even where they lie on rows, if there are as many.
-    SPARSE: usize = 2_000, Effort("points of the sparsest sample");
 }
 
 /// Finds surfaces of points with such a `noise` on a sample, on a denser one where that is too thin for what is there, and
@@ -31,7 +29,7 @@ pub fn discover_on_samples<'a>(
     monitor: &'a dyn Monitor,
 ) -> Result<(Discovery<'a>, shares::Labelled), SegmentError> {
     // Neighbourhoods of a denser sample lie on single rows.
-    let whole = noise.spanning.max(points.len().min(SPARSE.get()));
+    let whole = noise.even.as_ref().map_or(points.len(), |even| even.len());
     let most = whole.min(FINE.get());
     let label = |found: Discovery<'a>| -> Result<_, SegmentError> {
         let labelled =
@@ -94,3 +92,6 @@ fn judge(
         && further::holds_surface(&left, found.families.sigma, parameters, monitor)?;
     Ok(if lacking { Judged::Thin(0) } else { Judged::Enough(labelled) })
 }
+
+#[cfg(test)]
+mod tests;
