@@ -107,8 +107,9 @@ mod tests {
     #[test]
     fn columns_are_for_text() {
         let columns = crate::formats::Columns::new([2, 3, 4]);
-        let told =
-            |bytes: &[u8], format| read(bytes, Hints { format, columns }, &Limits::default());
+        let told = |bytes: &[u8], format| {
+            read(bytes, Hints { format, columns, ..Hints::default() }, &Limits::default())
+        };
         assert_eq!(told(b"9 1 2 3\n", None).unwrap().points[0].x, 1.0);
         let format = Format::Obj;
         let refused = Err(FormatError::ColumnsOfNoText { format });

@@ -46,7 +46,7 @@ pub struct MeshSamples {
     /// Distance of a sample from the next, were they on squares.
     pub spacing: f64,
     /// The largest distance of the curved surfaces from the flat faces that stand for them, but for a few. Samples scatter
-    /// by a tenth of it.
+    /// by a fifth of it.
     pub chord_error: f64,
     /// Faces of the file.
     pub faces: usize,

@@ -85,7 +85,7 @@ pub struct MeshInput {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spacing: Option<f64>,
     /// The largest distance found of the curved surfaces from the flat faces that stand for them, but for a few. Samples
-    /// scatter by a tenth of it; of samples alone.
+    /// scatter by a fifth of it; of samples alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chord_error: Option<f64>,
 }
