@@ -1,9 +1,10 @@
-use super::request::MAX_NAME;
 use crate::{
     formats::Columns,
     segment::{ParameterKind, ParameterSpec},
 };
 
+/// Longest name of a cloud, in characters: what file systems allow a file.
+pub(super) const MAX_NAME: usize = 255;
 /// What the points of a mesh may be.
 pub(super) const MESH_WAYS: &[&str] = &["auto", "vertices", "faces"];
 /// The largest `mesh_points`: more say nothing that the facets do not, and take memory that the file does not announce.

@@ -1,13 +1,14 @@
 use std::time::Duration;
 
-use super::{ErrorKind, OPTIONS, ServiceError};
+use super::{
+    ErrorKind, ServiceError,
+    options::{MAX_NAME, OPTIONS},
+};
 use crate::{
     formats::{Columns, Format, Hints, MeshWay, Meshes},
     segment::{PARAMETERS, ParameterKind, ParameterSpec, Parameters},
 };
 
-/// Longest name of a cloud, in characters: what file systems allow a file.
-pub(super) const MAX_NAME: usize = 255;
 /// Longest text of one value: that of the longest 64-bit number, written without an exponent.
 const MAX_VALUE_BYTES: usize = 350;
 /// Longest text of a list: three such numbers.

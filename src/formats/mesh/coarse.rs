@@ -18,19 +18,27 @@ use std::collections::HashMap;
 
 use super::corners;
 use super::polygons::{Faces, Triangle};
-use super::sheet::Sheet;
+use super::sheet::{NONE, Sheet};
 use crate::geometry::Vec3;
 
-/// Fewer vertices are no measurement: a region needs more.
-const FEWEST_VERTICES: usize = 10;
+/// Fewer vertices are no measurement: a region needs that many by default.
+const FEWEST_VERTICES: usize = 50;
 /// The least measure of a mesh that may be refused.
 const COARSE: f64 = 8.0;
 /// The mean longest edge, as a share of the mesh's diagonal, of triangles that span the part.
 const SPAN: f64 = 0.3;
 /// Share of the area in facets without vertices inside from which on a mesh is coarse.
 const STARVED: f64 = 0.25;
-/// Triangles a corner of a facet that has no vertex inside: more are for its holes.
-const MOST_CUT: f64 = 1.4;
+/// Share of a facet's corners that may be inside of it: the middle of a disc.
+const INSIDE: f64 = 0.1;
+/// Triangles in one plane without a corner inside that rounding hardly leaves of a scan.
+const MANY: u32 = 12;
+/// How many times as long as the shortest sides at its corners a triangle is that reaches across a face.
+const RIB: f64 = 6.0;
+/// The same beside the median triangle.
+const LONG: f64 = 3.0;
+/// Share of the triangles that do so in a CAD mesh; over the gaps of a scan it is a hundredth.
+const RIBS: f64 = 0.04;
 /// Squares of the shortest side, for each corner, that a facet must be larger than.
 const LARGE: f64 = 3.0;
 /// Share of the area, in triangles with a neighbour in the same plane, that no measured mesh has.
@@ -39,44 +47,125 @@ const FLAT_SHARE: f64 = 0.75;
 const SMALL: usize = 1000;
 /// Longest over shortest edge at the median vertex of a larger mesh that may be refused.
 const UNLIKE: f64 = 6.0;
+/// Distance from a plane, as a share of the largest coordinate, that rounding to single precision leaves: four roundings.
+const SINGLE: f64 = 2.4e-7;
 /// Distance from a plane, as a share of the mesh's diagonal, that single precision leaves, and the most that
 /// rounding to decimals does: more may be a scan's noise.
 const FLAT: f64 = 1e-6;
 const MOST_FLAT: f64 = 1e-4;
 
 /// Whether the vertices of a mesh are the corners of large faces alone. `places` tells which vertices are one.
-pub(super) fn is_coarse(sheet: &Sheet, places: &[u32]) -> bool {
-    let shape = Shape::of(sheet.triangles, sheet.points, places);
-    // a cloud with a few faces is no mesh
-    2 * shape.corners() >= shape.places
-        && (shape.places < FEWEST_VERTICES || is_starved(sheet, &shape) || shape.is_coarse())
+pub(super) fn is_coarse(points: &[Vec3], triangles: &[Triangle], places: &[u32]) -> bool {
+    let shape = Shape::of(triangles, points, places);
+    if triangles.is_empty() || 2 * shape.corners() < shape.places {
+        // a cloud with a few faces is no mesh
+        return false;
+    }
+    // what single precision leaves: more lies in one plane by chance
+    let sheet = Sheet::of(points, triangles, shape.step().max(SINGLE * shape.largest()));
+    shape.places < FEWEST_VERTICES
+        || is_starved(&sheet, &shape)
+        || is_ribbed(&sheet, &shape)
+        || shape.is_coarse()
 }
 
-/// Whether a good part of the area is in flat facets without a vertex inside that are large beside their sides: no
-/// measurement leaves those.
+/// Whether a good part of the area is in flat facets without a vertex inside, of many triangles or large beside their
+/// sides: no measurement leaves those.
 fn is_starved(sheet: &Sheet, shape: &Shape) -> bool {
     let mut corners: Vec<[u32; 2]> = Vec::with_capacity(3 * sheet.triangles.len());
-    let mut facets = vec![(0.0, f64::INFINITY, 0u32, 0u32); sheet.facets.len()];
-    for (triangle, &f) in sheet.triangles.iter().zip(&sheet.facet_of) {
-        let (area, shortest, triangles, _) = &mut facets[f as usize];
-        *area += triangle.area;
-        *triangles += 1;
-        for k in 0..3 {
-            let [a, b] = [k, (k + 1) % 3].map(|k| sheet.points[triangle.corners[k] as usize]);
-            *shortest = shortest.min((b - a).norm_squared());
-            corners.push([f, triangle.corners[k]]);
+    let mut outline: Vec<[u32; 2]> = Vec::new();
+    let mut facets =
+        vec![FlatFacet { shortest: f64::INFINITY, ..Default::default() }; sheet.facets.len()];
+    for (t, triangle) in sheet.triangles.iter().enumerate() {
+        let f = sheet.facet_of[t];
+        let facet = &mut facets[f as usize];
+        facet.area += triangle.area;
+        facet.triangles += 1;
+        for (k, corner) in triangle.corners.into_iter().enumerate() {
+            let next = triangle.corners[(k + 1) % 3];
+            facet.shortest = facet.shortest.min((sheet.at(next) - sheet.at(corner)).norm_squared());
+            corners.push([f, corner]);
+            let other = sheet.across[t][k];
+            if other == NONE || sheet.facet_of[other as usize] != f {
+                outline.extend([[f, corner], [f, next]]);
+            }
         }
     }
-    corners.sort_unstable();
-    corners.dedup();
-    corners.iter().for_each(|[f, _]| facets[*f as usize].3 += 1);
-    let starved = |&&(area, shortest, triangles, corners): &&(f64, f64, u32, u32)| {
-        // without a vertex inside there are two triangles less than corners, and two more for each hole
-        let outline = f64::from(triangles) < MOST_CUT * f64::from(corners);
-        triangles > 1 && outline && area > LARGE * f64::from(corners) * shortest
+    for list in [&mut corners, &mut outline] {
+        list.sort_unstable();
+        list.dedup();
+    }
+    corners.iter().for_each(|[f, _]| facets[*f as usize].corners += 1);
+    outline.iter().for_each(|[f, _]| facets[*f as usize].outline += 1);
+    let area =
+        |of: &dyn Fn(&&FlatFacet) -> bool| facets.iter().filter(of).map(|f| f.area).sum::<f64>();
+    let many = area(&|facet| facet.is_hollow() && facet.triangles >= MANY);
+    let few = |facet: &&FlatFacet| facet.is_hollow() && (2..MANY).contains(&facet.triangles);
+    let large = area(&|facet| few(facet) && facet.is_large());
+    // by chance some large triangles of a scan lie in one plane with another, and more do not
+    let single = area(&|facet| facet.triangles == 1 && facet.is_large());
+    many + if large > 2.0 * single { large } else { 0.0 } > STARVED * shape.area
+}
+
+/// What is counted of a flat facet.
+#[derive(Clone, Copy, Default)]
+struct FlatFacet {
+    area: f64,
+    /// Square of the shortest side.
+    shortest: f64,
+    triangles: u32,
+    corners: u32,
+    /// Corners on its outline.
+    outline: u32,
+}
+
+impl FlatFacet {
+    /// Whether there is hardly a corner inside.
+    fn is_hollow(&self) -> bool {
+        f64::from(self.corners - self.outline) <= INSIDE * f64::from(self.corners)
+    }
+
+    fn is_large(&self) -> bool {
+        self.area > LARGE * f64::from(self.corners) * self.shortest
+    }
+}
+
+/// Whether a good part of the area, and more than a few triangles, are long beside their neighbours' sides and beside most
+/// triangles, with all corners on sharp edges: those that reach across a curved face from rim to rim.
+fn is_ribbed(sheet: &Sheet, shape: &Shape) -> bool {
+    let longest = |t: &Triangle| {
+        let [a, b, c] = t.corners.map(|i| sheet.at(i));
+        (b - a).norm().max((c - b).norm()).max((a - c).norm())
     };
-    let area: f64 = facets.iter().filter(starved).map(|f| f.0).sum();
-    area > STARVED * shape.area
+    let lengths: Vec<f64> = sheet.triangles.iter().map(longest).collect();
+    let mut shortest = vec![f64::INFINITY; sheet.points.len()];
+    let mut is_sharp = vec![false; sheet.points.len()];
+    for (t, triangle) in sheet.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let ends = [triangle.corners[k], triangle.corners[(k + 1) % 3]];
+            let length = (sheet.at(ends[0]) - sheet.at(ends[1])).norm();
+            let other = sheet.triangles.get(sheet.across[t][k] as usize);
+            let sharp = other
+                .is_some_and(|other| triangle.normal.dot(&other.normal).abs() < corners::SHARP);
+            for i in ends.map(|i| i as usize) {
+                shortest[i] = shortest[i].min(length);
+                is_sharp[i] |= sharp;
+            }
+        }
+    }
+    let mut sorted = lengths.clone();
+    let middle = sorted.len() / 2;
+    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let (mut area, mut count) = (0.0, 0);
+    for (triangle, length) in sheet.triangles.iter().zip(lengths) {
+        let own = triangle.corners.map(|i| shortest[i as usize]).into_iter().fold(0.0, f64::max);
+        let sharp = triangle.corners.iter().all(|&i| is_sharp[i as usize]);
+        if sharp && length > RIB * own && length > LONG * median {
+            area += triangle.area;
+            count += 1;
+        }
+    }
+    area > STARVED * shape.area && f64::from(count) > RIBS * sheet.triangles.len() as f64
 }
 
 /// Whether a mesh is too large and its triangles too small for it to be coarse, in a time that its size does not matter
@@ -153,8 +242,19 @@ impl<'a> Shape<'a> {
 
     /// How far from a plane a flat face's corners may be: what rounding leaves.
     fn thickness(&self, diagonal: f64) -> f64 {
+        self.step().max(FLAT * diagonal).max(SINGLE * self.largest())
+    }
+
+    /// The step of coordinates with few decimals; none where it is so large that a scan may have noise of that size.
+    fn step(&self) -> f64 {
         let step = corners::step(self.points);
-        if step <= MOST_FLAT * diagonal { step.max(FLAT * diagonal) } else { FLAT * diagonal }
+        if step <= MOST_FLAT * self.diagonal() { step } else { 0.0 }
+    }
+
+    /// The largest coordinate.
+    fn largest(&self) -> f64 {
+        let corners = self.triangles.iter().flat_map(|t| t.corners);
+        corners.map(|i| self.points[i as usize].amax()).fold(0.0, f64::max)
     }
 
     /// Longest over shortest edge at the median vertex.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::geometry::Vec3;
 
 /// The cosine of the angle between two faces of a sharp edge, 45 degrees: round parts are finer.
-const SHARP: f64 = std::f64::consts::FRAC_1_SQRT_2;
+pub(super) const SHARP: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Share of the vertices on sharp edges of a mesh that has no others: all but a few.
 const ALL: f64 = 0.9;
 /// Most digits behind the point that are looked for.

@@ -91,11 +91,11 @@ pub(super) fn cloud(
     if asked && triangles.is_empty() {
         return Err(FormatError::NoFaces);
     }
-    let thickness = coarse::thickness(&triangles, &points, &places);
-    let sheet = Sheet::of(&points, &triangles, thickness);
-    if !asked && (triangles.is_empty() || !coarse::is_coarse(&sheet, &places)) {
+    if !asked && !coarse::is_coarse(&points, &triangles, &places) {
         return vertices(points);
     }
+    let thickness = coarse::thickness(&triangles, &points, &places);
+    let sheet = Sheet::of(&points, &triangles, thickness);
     let smooth = bends::smooth(&sheet);
     limits.go_on()?;
     let corners = Corners::of(&sheet, &smooth.sides, smooth.facets);
