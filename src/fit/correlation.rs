@@ -17,18 +17,17 @@ constants! {
     WHITE: f64 = 19.0, Trial(9.0, 50.0);
     /// Deviations by which the blocks' means must stand out for more to be asked.
     SUSPICIOUS: f64 = 1.5, Effort("eigenvectors where white residuals are nearly sure");
+    /// Factor between neighbouring shares of the grid.
+    SHARE_STEP: f64 = 2.0, Effort("shares looked at");
+    /// Factor between neighbouring lengths of the grid.
+    LENGTH_STEP: f64 = 2.0, Effort("lengths looked at");
+    /// Share of the blocks' distance that the shortest length takes: neighbours go together by exp(-2) at half.
+    SHORTEST: f64 = 0.5, Derived("what goes together over less is white between blocks");
+    /// Share of the longest side that the longest length takes: what goes together over more, a surface takes up itself.
+    LONGEST: f64 = 0.25, Trial(0.25, 0.5);
     /// Combinations of blocks without the parameters' influence, fewer of which tell nothing.
     LEAST: usize = 6, Derived("the least whose variance is told within a factor of two");
 }
-
-/// Factor between neighbouring shares of the grid.
-const SHARE_STEP: f64 = 2.0;
-/// Factor between neighbouring lengths of the grid.
-const LENGTH_STEP: f64 = 2.0;
-/// Share of the blocks' distance that the shortest length takes: neighbours go together by exp(-2) at half.
-const SHORTEST: f64 = 0.5;
-/// Share of the longest side that the longest length takes: what goes together over more, a surface takes up itself.
-const LONGEST: f64 = 0.25;
 
 /// What the residuals have in common: variances in units of the residuals'.
 pub struct Correlation {
@@ -75,7 +74,8 @@ impl Correlation {
 /// Shares that go together, each with each factor of the white part in a block, of blocks of `count` points.
 fn grid(count: f64) -> Vec<(f64, f64)> {
     let steps = |from: f64, to: f64| {
-        std::iter::successors(Some(from), |s| Some(s * SHARE_STEP)).take_while(move |s| *s < to)
+        std::iter::successors(Some(from), |s| Some(s * SHARE_STEP.get()))
+            .take_while(move |s| *s < to)
     };
     let times: Vec<f64> = steps(1.0, count.max(1.5)).collect();
     let share = steps(1.0 / count.max(2.0), 0.7).chain([0.8, 0.95]);
@@ -91,14 +91,15 @@ fn lengths(blocks: &[Block]) -> Vec<f64> {
         let others = blocks.iter().map(|b| (b.centre - from.centre).norm_squared());
         others.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min)
     };
-    let longest = LONGEST * blocks.iter().map(far).fold(0.0, f64::max).sqrt();
+    let longest = LONGEST.get() * blocks.iter().map(far).fold(0.0, f64::max).sqrt();
     let mut apart: Vec<f64> = blocks.iter().map(near).filter(|d| d.is_finite()).collect();
     apart.sort_by(f64::total_cmp);
-    let shortest = apart.get(apart.len() / 2).map_or(longest, |d| SHORTEST * d.sqrt()).min(longest);
+    let shortest =
+        apart.get(apart.len() / 2).map_or(longest, |d| SHORTEST.get() * d.sqrt()).min(longest);
     if !(shortest > 0.0) {
         return Vec::new();
     }
-    std::iter::successors(Some(shortest), |l| Some(l * LENGTH_STEP))
+    std::iter::successors(Some(shortest), |l| Some(l * LENGTH_STEP.get()))
         .take_while(|l| *l <= longest * 1.001)
         .collect()
 }

@@ -22,7 +22,7 @@ pub fn clouds() -> Vec<Cloud> {
     smooth.into_iter().chain(sized).chain(parts).flatten().collect()
 }
 
-/// Whether a result reaches what README says of nearly all clouds: a ratio of 0.97, 95 % of the types or all but one,
+/// Whether a result reaches what docs/accuracy.md says of nearly all clouds: a ratio of 0.97, 95 % of the types or all but one,
 /// and nothing where there is no quadric.
 pub fn is_good(score: &Score) -> bool {
     if score.surfaces == 0 {

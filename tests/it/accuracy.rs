@@ -1,4 +1,4 @@
-//! The accuracy that README states, on smaller clouds.
+//! The accuracy that docs/accuracy.md states, on smaller clouds.
 
 use conicoid::segment::{Parameters, Silent, segment};
 
@@ -93,7 +93,7 @@ fn where_no_quadric_is_none_is_found() {
     }
 }
 
-/// The ratio that README says nearly all machined parts reach.
+/// The ratio that docs/accuracy.md says nearly all machined parts reach.
 const PART: f64 = 0.97;
 
 #[test]
@@ -112,7 +112,7 @@ fn machined_parts_are_found_with_a_tenth_of_their_points() {
     ] {
         for seed in 1..=2 {
             let s = scored(&cad::make(name, seed, n, sigma, seed == 1).unwrap());
-            // README says 95 %: one surface of twenty.
+            // docs/accuracy.md says 95 %: one surface of twenty.
             let types = 1.0 - 1.0 / s.surfaces as f64;
             assert!(s.ratio > PART && s.type_ok > types - 0.01, "{name} of {n}, seed {seed}: {s}");
             all.push(s);

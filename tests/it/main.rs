@@ -20,6 +20,7 @@ mod constants;
 mod contract;
 mod deploy;
 mod dimensions;
+mod example;
 mod jobs;
 mod joints;
 mod meshes;

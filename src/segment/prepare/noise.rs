@@ -19,15 +19,13 @@ use crate::segment::prepare::steps::steps;
 use crate::segment::prepare::thinned::Thinned;
 use std::sync::Arc;
 
-/// Spacing of the points of a row over the reach of a patch on it, the root mean square distance of 24 points from
-/// their middle: sqrt(12 / 24^2).
-const ROW_SPACING: f64 = 0.144;
-
 constants! {
     /// Median roughness above which points fill a volume (1/3 in an even filling).
     pub VOLUME: f64 = 0.12, Trial(0.12, 0.12);
     /// Breadth of the nearest points from which on they span two directions: less, and they lie on one row.
     SPANNED: f64 = 0.1, Trial(0.1, 0.1);
+    /// Spacing of the points of a row over the reach of a patch on it.
+    ROW_SPACING: f64 = 0.144, Derived("root mean square distance of 24 points in a row from their middle: sqrt(12) / 24");
     /// Sites whose neighbourhoods are looked at for their breadth.
     SITES: usize = 500, Effort("sites looked at");
     /// Share of the groups of patches that tell something at the first level looked at.
@@ -117,7 +115,7 @@ fn off_rows(
         return None;
     }
     // Neighbours of a row are a tenth of a patch's reach apart, and other rows are farther off than that.
-    let mut radius = first.reach * ROW_SPACING;
+    let mut radius = first.reach * ROW_SPACING.get();
     let mut places: Vec<u32> = (0..points.len() as u32).collect();
     let mut even = points.to_vec();
     while !monitor.cancelled() {
