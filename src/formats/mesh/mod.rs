@@ -13,6 +13,7 @@ mod normals;
 mod polygons;
 mod sample;
 mod sheet;
+mod starved;
 
 use std::num::NonZeroUsize;
 
