@@ -164,10 +164,10 @@ fn samples_are_as_many_as_their_spacing_says_up_to_the_cap() {
     assert!(matches!(refused, Err(FormatError::TooManySamples { most: 4998, .. })), "{refused:?}");
     // each face has its share
     let samples = cloud.mesh.unwrap().samples.clone().unwrap();
-    let mut counts = vec![0.0; 10];
+    let mut counts = [0.0; 10];
     let truth = mesh.cut().truth;
     samples.face_of.iter().for_each(|&face| counts[truth[face as usize]] += 1.0);
-    let mut areas = vec![0.0; 10];
+    let mut areas = [0.0; 10];
     mesh.areas().iter().zip(&mesh.truth).for_each(|(a, t)| areas[*t] += a);
     for (count, own) in counts.iter().zip(areas) {
         let wanted = 5000.0 * own / area;

@@ -104,7 +104,7 @@ pub(super) fn cloud(
     let spacing = how.spacing.unwrap_or_else(|| sample::spacing(&sheet, &smooth.sides, most));
     let area: f64 = triangles.iter().map(|t| t.area).sum();
     let wanted = area / (spacing * spacing);
-    if !(wanted < most as f64 + 1.0) {
+    if wanted.is_nan() || wanted >= most as f64 + 1.0 {
         return Err(FormatError::TooManySamples { wanted: wanted as u64, most });
     }
     let samples = sample::samples(&sheet, &corners, spacing);

@@ -59,9 +59,8 @@ fn surfaces(sheet: &Sheet, smooth: &[[bool; 3]]) -> Vec<f64> {
         stack.push(first);
         while let Some(t) = stack.pop() {
             area += sheet.triangles[t].area;
-            for k in 0..3 {
-                let other = sheet.across[t][k];
-                let goes_on = other != NONE && smooth[t][k];
+            for (other, goes_on) in sheet.across[t].into_iter().zip(smooth[t]) {
+                let goes_on = goes_on && other != NONE;
                 if goes_on && !std::mem::replace(&mut seen[other as usize], true) {
                     stack.push(other as usize);
                 }
