@@ -1,7 +1,7 @@
 //! What a run found, for the terminal.
 
 use crate::{
-    segment::Region,
+    segment::{Outcome, Region},
     service::{
         Document,
         sheet::{self, Quantity, count, number},
@@ -25,6 +25,14 @@ pub fn table(document: &Document, name: &str) -> String {
     if more > 0 {
         text += &format!("… and {more} more\n");
     }
+    for told in &document.hints {
+        let outcome = match told.outcome {
+            Outcome::Applied => "applied",
+            Outcome::Contradicted => "contradicted",
+            Outcome::NotFound => "not found",
+        };
+        text += &format!("hint {}: {outcome}: {}\n", told.hint, told.message);
+    }
     for warning in &document.warnings {
         text += &format!("\nwarning: {}\n", warning.message);
     }
@@ -40,7 +48,7 @@ fn head(document: &Document, name: &str) -> String {
         if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let length = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), number);
     format!(
-        "{name}: {} surface{} in {} points, {} on no surface{reasons}, {:.2} s\nnoise {}, tolerance {}\n",
+        "{name}: {} surface{} in {} points, {} on no surface{reasons}, {:.2} s\nnoise {}, tolerance {}, {}\n",
         count(regions.len()),
         if regions.len() == 1 { "" } else { "s" },
         count(input.points),
@@ -48,6 +56,7 @@ fn head(document: &Document, name: &str) -> String {
         timing.total,
         length(parameters.noise_sigma),
         length(parameters.tolerance),
+        sheet::unit(input.unit),
     )
 }
 

@@ -9,10 +9,13 @@ pub const BYTES_PER_POINT: u64 = 24;
 /// No more points are announced than the bytes can hold, however many the header claims: compressed
 /// formats are believed to hold up to 64 a byte.
 pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
-    let Hints { format, meshes, .. } = hints.into();
-    let Some(format) = format.or_else(|| Format::detect(bytes)) else { return 0 };
+    let hints = hints.into();
+    let meshes = hints.meshes;
+    let Some(format) = hints.format_of(bytes) else { return 0 };
     let most: Result<u64, FormatError> = match format {
-        Format::Xyz => Ok(text::line_count(bytes)),
+        // the shortest line has two separators and its end
+        Format::Xyz | Format::Ptx if text::is_utf16(bytes) => Ok(bytes.len() as u64 / 6 + 1),
+        Format::Xyz | Format::Ptx => Ok(text::line_count(bytes)),
         Format::Obj => Ok(obj::most_points(bytes)),
         Format::Off => Ok(off::most_points(bytes)),
         Format::Stl => Ok(stl::most_points(bytes)),
@@ -36,18 +39,22 @@ fn has_faces(bytes: &[u8], format: Format) -> bool {
         Format::Ply => ply::has_faces(bytes),
         Format::Off => off::has_faces(bytes),
         Format::Obj => obj::has_faces(bytes),
-        Format::Xyz | Format::Pcd | Format::Las | Format::E57 => false,
+        Format::Xyz | Format::Ptx | Format::Pcd | Format::Las | Format::E57 => false,
     }
 }
 
 /// Most bytes that looking at the faces of a mesh takes: two hundred a triangle, for as many as are looked at.
 const MOST_FOR_FACES: u64 = 400 << 20;
 
-/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy, and a triangle of 50
-/// bytes takes 200 where it is looked at.
+/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy, and so is a text of
+/// two bytes a character; a triangle of 50 bytes takes 200 where it is looked at.
 pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
-    match hints.into().format.or_else(|| Format::detect(bytes)) {
+    match hints.into().format_of(bytes) {
         Some(Format::Las) => bytes.len() as u64,
+        // a character of two bytes may become one of three
+        Some(Format::Xyz | Format::Ptx | Format::Obj) if text::is_utf16(bytes) => {
+            2 * bytes.len() as u64
+        }
         Some(format) if has_faces(bytes, format) => (4 * bytes.len() as u64).min(MOST_FOR_FACES),
         _ => 0,
     }

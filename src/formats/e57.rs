@@ -2,19 +2,19 @@
 
 use std::io::Cursor;
 
-use e57::{CartesianCoordinate, E57Reader, RecordDataType};
+use e57::{CartesianCoordinate, E57Reader, RecordDataType, RecordName};
 
 use super::{
     Bounds, Format, FormatError,
     guard::{MAX_POINTS_PER_BYTE, check_density, guarded},
     memory::room_for,
 };
-use crate::geometry::{PointCloud, Vec3};
+use crate::geometry::{LengthUnit, PointCloud, Vec3};
 
 /// Reads every scan, one behind the other, spherical coordinates converted and poses applied. Points the
 /// scanner marked as invalid are holes.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
-    let points = guarded(Format::E57, || -> Result<_, e57::Error> {
+    let (points, resolution) = guarded(Format::E57, || -> Result<_, e57::Error> {
         let mut reader = E57Reader::new(Cursor::new(bytes))?;
         let scans = reader.pointclouds();
         if let Err(error) = check(&scans, bytes.len(), limits) {
@@ -24,12 +24,14 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
             Ok(points) => points,
             Err(error) => return Ok(Err(error)),
         };
+        let mut resolution = 0.0_f64;
         // the format allows a scan of no records to have no section in the file
         for scan in scans.iter().filter(|scan| scan.records > 0) {
             let scan = match upright(scan) {
                 Ok(scan) => scan,
                 Err(error) => return Ok(Err(error)),
             };
+            let begin = points.len();
             for point in reader.pointcloud_simple(&scan)? {
                 if let Err(error) = limits.check(points.len() as u64 + 1) {
                     return Ok(Err(error));
@@ -41,10 +43,12 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
                     Err(error) => return Err(error),
                 }
             }
+            resolution = resolution.max(step(&scan, &points[begin..]));
         }
-        Ok(Ok(points))
+        Ok(Ok((points, resolution)))
     })?;
-    Ok(PointCloud::from_points(points))
+    // the standard allows no other
+    Ok(PointCloud { unit: Some(LengthUnit::M), resolution, ..PointCloud::from_points(points) })
 }
 
 /// The records that the header announces, as far as the bytes can hold them.
@@ -78,6 +82,28 @@ fn upright(scan: &e57::PointCloud) -> Result<e57::PointCloud, FormatError> {
     Ok(scan)
 }
 
+/// The step in which the coordinates of a scan, here in the frame of all, came before its pose was applied; nought where none
+/// was or they are doubles.
+fn step(scan: &e57::PointCloud, points: &[Vec3]) -> f64 {
+    let Some(pose) = &scan.transform else { return 0.0 };
+    let t = &pose.translation;
+    let origin = Vec3::new(t.x, t.y, t.z);
+    let farthest = points.iter().map(|p| (p - origin).norm()).filter(|d| d.is_finite());
+    let farthest = farthest.fold(0.0, f64::max) as f32;
+    let is_length = |name: &RecordName| {
+        use RecordName::{CartesianX, CartesianY, CartesianZ, SphericalRange};
+        matches!(name, CartesianX | CartesianY | CartesianZ | SphericalRange)
+    };
+    let lengths = scan.prototype.iter().filter(|record| is_length(&record.name));
+    let steps = lengths.map(|record| match record.data_type {
+        RecordDataType::Single { .. } => f64::from(farthest.next_up() - farthest),
+        RecordDataType::ScaledInteger { scale, .. } => scale.abs(),
+        RecordDataType::Integer { .. } => 1.0,
+        RecordDataType::Double { .. } => 0.0,
+    });
+    steps.filter(|step| step.is_finite()).fold(0.0, f64::max)
+}
+
 fn damaged(reason: &str) -> FormatError {
     FormatError::Damaged { format: Format::E57, reason: reason.into() }
 }
@@ -88,8 +114,7 @@ fn check_coordinates((place, scan): (usize, &e57::PointCloud)) -> Result<(), For
         return Ok(());
     }
     let names: Vec<_> = scan.prototype.iter().take(12).map(|r| format!("{:?}", r.name)).collect();
-    let found = format!("{} in scan {}", names.join(", "), place + 1);
-    Err(FormatError::NoCoordinates { format: Format::E57, found })
+    Err(FormatError::ScanWithoutCoordinates { scan: place + 1, found: names.join(", ") })
 }
 
 fn position(coordinate: &CartesianCoordinate) -> Vec3 {
@@ -127,7 +152,7 @@ fn is_constant(data_type: &RecordDataType) -> bool {
 pub(super) mod tests {
     use super::*;
     use crate::formats::Limits;
-    use e57::{E57Writer, Record, RecordName, RecordValue};
+    use e57::{E57Writer, Record, RecordValue};
 
     const POINTS: [[f64; 3]; 3] = [[1.5, -2.0, 1e6], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]];
 
@@ -175,6 +200,24 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn lengths_are_metres_and_the_step_is_that_before_the_pose() {
+        let cloud = read(&file(), &Limits::default()).unwrap();
+        assert_eq!((cloud.unit, cloud.resolution), (Some(LengthUnit::M), 0.0));
+        let mut scans = E57Reader::new(Cursor::new(file())).unwrap().pointclouds();
+        let points = [Vec3::new(100.0, 3.0, 4.0), Vec3::repeat(f64::NAN)];
+        let mut with = |data_type| {
+            scans[1].prototype[2].data_type = data_type;
+            step(&scans[1], &points)
+        };
+        // from 4 to 8 single numbers are 2^-21 apart
+        assert_eq!(with(RecordDataType::Single { min: None, max: None }), 2_f64.powi(-21));
+        let scaled = RecordDataType::ScaledInteger { min: 0, max: 9, scale: 1e-3, offset: 0.0 };
+        assert_eq!(with(scaled), 1e-3);
+        scans[1].transform = None;
+        assert_eq!(step(&scans[1], &points), 0.0);
+    }
+
+    #[test]
     fn the_length_of_a_rotation_does_not_scale_the_points() {
         let turn = e57::Quaternion { w: 2.0, x: 0.0, y: 0.0, z: 2.0 };
         let cloud = read(&posed(turn, &POINTS), &Limits::default()).unwrap();
@@ -199,7 +242,7 @@ pub(super) mod tests {
         let mut scans = E57Reader::new(Cursor::new(file())).unwrap().pointclouds();
         scans[1].prototype.remove(2);
         let error = check(&scans, 1000, &Limits::default()).unwrap_err();
-        let FormatError::NoCoordinates { found, .. } = &error else { panic!("{error}") };
-        assert!(found.ends_with("CartesianInvalidState in scan 2"), "{found}");
+        let found = "CartesianX, CartesianY, CartesianInvalidState".to_owned();
+        assert_eq!(error, FormatError::ScanWithoutCoordinates { scan: 2, found });
     }
 }

@@ -9,7 +9,7 @@ pub enum FormatError {
     /// The format was not named and the bytes look like none that is known.
     #[error(
         "the format cannot be told from the first bytes ({start}): name it; known formats are \
-         ply, xyz (text, csv), pcd, las (laz), e57, stl, obj and off"
+         ply, xyz (text, csv, pts), ptx, pcd, las (laz), e57, stl, obj and off; a text with many lines before its points needs the parameter skip_lines"
     )]
     Unknown {
         /// The first bytes, made printable.
@@ -25,12 +25,28 @@ pub enum FormatError {
     },
     /// The bytes are those of a compressed file or an archive.
     #[error(
-        "the bytes are compressed ({with}): unpack them, or send them over HTTP with a \
-         Content-Encoding of gzip or zstd"
+        "the bytes are compressed or an archive ({with}): unpack them; gzip and zstd alone are unpacked here, and \
+         once"
     )]
     Compressed {
         /// By what.
         with: &'static str,
+    },
+    /// A compressed file cannot be unpacked.
+    #[error(
+        "the {with} file is damaged or cut off ({reason}): send the whole file, or unpack it first"
+    )]
+    Packed {
+        /// By what it is compressed.
+        with: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The system has no memory for what comes out of a compressed file.
+    #[error("there is no memory for the {bytes} bytes of the unpacked file")]
+    NoMemoryToUnpack {
+        /// Bytes unpacked by then.
+        bytes: u64,
     },
     /// The header is not what the format prescribes.
     #[error("the {format} header is wrong at line {line}: {reason}")]
@@ -64,6 +80,16 @@ pub enum FormatError {
         line: usize,
         /// What stands there, cut to a few characters.
         text: String,
+    },
+    /// A field looks like a number and is none.
+    #[error("line {line} of the text has '{text}' where a number is needed: {cure}")]
+    OddNumber {
+        /// Line of the file, from 1.
+        line: usize,
+        /// What stands there, cut to a few characters.
+        text: String,
+        /// What it seems to be, and what to do.
+        cure: &'static str,
     },
     /// A line has fewer columns than a point needs.
     #[error(
@@ -104,6 +130,18 @@ pub enum FormatError {
         /// The fields there are.
         found: String,
     },
+    /// A scan of an E57 file has no coordinates.
+    #[error(
+        "scan {scan} of the E57 file has no coordinates: it needs cartesianX, cartesianY and cartesianZ, or \
+         sphericalRange, sphericalAzimuth and sphericalElevation, and has {found}; export the file without it, or \
+         with its coordinates"
+    )]
+    ScanWithoutCoordinates {
+        /// Its place in the file, from 1.
+        scan: usize,
+        /// The fields it has.
+        found: String,
+    },
     /// The coordinates are named twice.
     #[error(
         "the text has more than one column for a coordinate: {found}; say which are meant by the \
@@ -123,9 +161,11 @@ pub enum FormatError {
         /// Line of the file, from 1.
         line: usize,
     },
-    /// Columns are named for a format that names its own.
-    #[error("the parameter columns is for text; the cloud is {format}, whose fields have names")]
-    ColumnsOfNoText {
+    /// A parameter of texts is given for another format.
+    #[error("the parameter {parameter} is for text; the cloud is {format}: leave it out")]
+    ParameterOfText {
+        /// The parameter.
+        parameter: &'static str,
         /// The format read.
         format: Format,
     },
@@ -205,7 +245,9 @@ pub enum FormatError {
 /// What helps where a text is not read as it was meant.
 fn hint(format: Format) -> &'static str {
     match format {
-        Format::Xyz => " (the parameter columns says which columns are x, y and z)",
+        Format::Xyz => {
+            " (the parameter columns says which columns are x, y and z, skip_lines passes over titles)"
+        }
         _ => "",
     }
 }

@@ -10,7 +10,6 @@ const SAMPLE: &str =
 const OFF: &str = "name its format, off, or send its vertices alone as text";
 const FACES: &str = "convert it to OFF or OBJ, or leave out its faces";
 const CONVERT: &str = "convert it to one of the formats read";
-const EXPORT: &str = "export its points as E57, PLY or text";
 
 /// A kind of text: what it is, and what to send instead.
 pub(super) type Kind = (&'static str, &'static str);
@@ -55,11 +54,11 @@ pub(super) fn kind(bytes: &[u8]) -> Option<Kind> {
     if is_dxf(&rows) {
         return Some(("a DXF drawing", CONVERT));
     }
-    if is_ptx(&rows) {
-        return Some(("a PTX file", EXPORT));
-    }
     if is_node(&rows) {
-        return Some(("a TetGen node file", "delete its first line and name columns=2,3,4"));
+        return Some((
+            "a TetGen node file",
+            "pass over its first line and name its columns: skip_lines=1, columns=2,3,4",
+        ));
     }
     if is_off_body(text, &rows) {
         return Some(("an OFF mesh without its first word", OFF));
@@ -96,17 +95,6 @@ fn is_off(first: &[&[u8]]) -> bool {
 fn is_dxf(rows: &[Vec<&[u8]>]) -> bool {
     matches!(rows, [zero, section, ..]
         if zero[..] == [b"0".as_slice()] && section[..] == [b"SECTION".as_slice()])
-}
-
-/// Columns and rows, each in a line, then a place and three axes, then a matrix.
-fn is_ptx(rows: &[Vec<&[u8]>]) -> bool {
-    let [columns, lines, rest @ ..] = rows else { return false };
-    let is_count = |row: &[&[u8]]| row.len() == 1 && count(row[0]).is_some();
-    is_count(columns)
-        && is_count(lines)
-        && rest.len() >= 8
-        && rest[..4].iter().all(|row| has_numbers(row, 3))
-        && rest[4..8].iter().all(|row| has_numbers(row, 4))
 }
 
 /// Points, the dimension 3, attributes and markers; then rows that begin with 0 or 1 and count up.
@@ -212,11 +200,6 @@ mod tests {
             ("  0\nSECTION\n  2\nENTITIES\n".into(), "a DXF drawing"),
             ("3 3 0 0\n1 0.1 0.2 0.3\n2 1 2 3\n3 4 5 6\n".into(), "a TetGen node file"),
             ("2 3 1 1\n0 0.1 0.2 0.3 7 1\n1 1 2 3 7 1\n# end\n".into(), "a TetGen node file"),
-            (
-                "2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3 0.5\n"
-                    .into(),
-                "a PTX file",
-            ),
         ] {
             assert_eq!(name(&text), Some(what), "{text}");
         }

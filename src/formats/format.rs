@@ -1,6 +1,6 @@
 use std::fmt;
 
-use super::{off, text};
+use super::{off, ptx, text};
 
 /// A format point clouds are read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -9,6 +9,8 @@ pub enum Format {
     Ply,
     /// Lines of text with three coordinates: XYZ, CSV, TSV, PTS.
     Xyz,
+    /// Leica PTX: scans with their poses.
+    Ptx,
     /// Point Cloud Library file: ascii, binary, binary_compressed.
     Pcd,
     /// ASPRS LAS, compressed (LAZ) or not.
@@ -25,14 +27,24 @@ pub enum Format {
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 8] =
-        [Self::Ply, Self::Xyz, Self::Pcd, Self::Las, Self::E57, Self::Stl, Self::Obj, Self::Off];
+    pub const ALL: [Self; 9] = [
+        Self::Ply,
+        Self::Xyz,
+        Self::Ptx,
+        Self::Pcd,
+        Self::Las,
+        Self::E57,
+        Self::Stl,
+        Self::Obj,
+        Self::Off,
+    ];
 
     /// The name used in settings and answers, for example `ply`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ply => "ply",
             Self::Xyz => "xyz",
+            Self::Ptx => "ptx",
             Self::Pcd => "pcd",
             Self::Las => "las",
             Self::E57 => "e57",
@@ -47,6 +59,7 @@ impl Format {
         match self {
             Self::Ply => &["ply"],
             Self::Xyz => &["xyz", "csv", "tsv", "txt", "asc", "pts", "xyzn", "xyzrgb"],
+            Self::Ptx => &["ptx"],
             Self::Pcd => &["pcd"],
             Self::Las => &["las", "laz"],
             Self::E57 => &["e57"],
@@ -73,6 +86,7 @@ impl Format {
             ("model" | "application", "ply") => Some(Self::Ply),
             ("text", "csv" | "xyz" | "tab-separated-values") => Some(Self::Xyz),
             ("application", "xyz" | "csv") | ("chemical" | "model", "xyz") => Some(Self::Xyz),
+            ("model" | "application" | "text", "ptx") => Some(Self::Ptx),
             ("model" | "application", "pcd" | "vnd.pcd") => Some(Self::Pcd),
             ("application", "vnd.las" | "vnd.laszip" | "las" | "laz") => Some(Self::Las),
             ("model" | "application", "e57") => Some(Self::E57),
@@ -97,7 +111,10 @@ impl Format {
         if is_binary_stl(bytes) {
             return Some(Self::Stl);
         }
-        text_format(bytes)
+        match text::from_utf16(&bytes[..bytes.len().min(SNIFFED_BYTES)]) {
+            Some(head) => text_format(&head),
+            None => text_format(bytes),
+        }
     }
 }
 
@@ -134,6 +151,7 @@ fn text_format(bytes: &[u8]) -> Option<Format> {
             Some(Format::Obj)
         }
         _ if head.contains(&0) => None,
+        _ if ptx::begins(head) => Some(Format::Ptx),
         // titles, names, units and a point count may come before the first point
         _ => {
             let lines = lines.filter(|line| !line.is_empty() && !text::is_comment(line));

@@ -1,10 +1,12 @@
-use super::{Format, Meshes};
+use super::{Format, Meshes, ptx};
 
 /// What the sender knows of the bytes; all of it may be absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hints {
     /// The format; told from the bytes when absent.
     pub format: Option<Format>,
+    /// Lines before a text begins that are not looked at.
+    pub skip_lines: usize,
     /// Which columns of text are x, y and z; told from their names, or their place, when absent.
     pub columns: Option<Columns>,
     /// How a mesh is read.
@@ -14,6 +16,22 @@ pub struct Hints {
 impl From<Option<Format>> for Hints {
     fn from(format: Option<Format>) -> Self {
         Self { format, ..Self::default() }
+    }
+}
+
+impl Hints {
+    /// The most lines that may be passed over: those of a long protocol before a scan.
+    pub const MAX_SKIP_LINES: u64 = 1_000_000;
+
+    /// The format that bytes are read as: the one named, or the one that they show. `None` where they show none.
+    pub fn format_of(&self, bytes: &[u8]) -> Option<Format> {
+        // who names columns or lines to pass over has a text
+        let text = self.columns.is_some() || self.skip_lines > 0;
+        match self.format {
+            Some(Format::Xyz) if !text && ptx::begins(bytes) => Some(Format::Ptx),
+            None => Format::detect(bytes).or(text.then_some(Format::Xyz)),
+            named => named,
+        }
     }
 }
 

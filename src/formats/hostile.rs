@@ -1,7 +1,7 @@
 //! Small files of every format, cut and changed in thousands of ways: each must be answered, with a
 //! cloud or an error, and none may make the reader panic.
 
-use super::{Format, Limits, announced_points, e57, las, pcd, ply, read, stl};
+use super::{Format, Limits, announced_points, e57, las, pcd, ply, ptx, read, stl};
 
 /// A valid file of each kind.
 pub(super) fn files() -> Vec<(Format, Vec<u8>)> {
@@ -17,6 +17,9 @@ pub(super) fn files() -> Vec<(Format, Vec<u8>)> {
         (Format::Ply, ply::tests::binary(true)),
         (Format::Xyz, "x;y;z;n\n1,5;2;-3e2;a\n\"4\";5;;b\n".into()),
         (Format::Xyz, "3\n1 2 3\n# c\n4\t5 6 7\n1e400 nan -inf".into()),
+        (Format::Xyz, "\tx\ty\tz\n\t1\t2\t\"3\"\n#N/A\t4\t5\t6\n".into()),
+        (Format::Xyz, "\u{feff}x y z\n1 2 3\n".encode_utf16().flat_map(u16::to_le_bytes).collect()),
+        (Format::Ptx, ptx::tests::file().into()),
         (Format::Pcd, ascii_pcd.into()),
         (Format::Pcd, pcd::tests::binary_file()),
         (Format::Pcd, pcd::tests::compressed_file()),

@@ -13,16 +13,21 @@ mod format;
 mod guard;
 mod hints;
 mod las;
+mod line;
 mod memory;
 mod mesh;
 mod obj;
+mod odd;
 mod off;
+mod origin;
 mod pcd;
 mod ply;
+mod ptx;
 mod read;
 mod scalar;
 mod stl;
 mod text;
+mod unpack;
 mod write;
 mod xyz;
 
@@ -34,6 +39,7 @@ pub use hints::{Columns, Hints};
 pub use mesh::{MeshWay, Meshes};
 pub use ply::Fields;
 pub use read::read;
+pub use unpack::Packing;
 pub use write::{
     DIMENSIONS, Labelled, PICTURE_BYTES, RegionRow, Scene, region_color, write_deviations_npy,
     write_labelled_ply, write_labels_npy, write_picture, write_points_csv, write_regions_csv,

@@ -1,6 +1,6 @@
 use super::{
-    Bounds, Format, FormatError, Hints, e57, error::excerpt, foreign, las, obj, off, pcd, ply, stl,
-    xyz,
+    Bounds, Format, FormatError, Hints, e57, error::excerpt, foreign, las, obj, off, origin, pcd,
+    ply, ptx, stl, text, xyz,
 };
 use crate::geometry::PointCloud;
 
@@ -16,24 +16,32 @@ pub fn read(
     hints: impl Into<Hints>,
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
-    let Hints { format, columns, meshes } = hints.into();
+    let hints = hints.into();
+    let meshes = hints.meshes;
     if bytes.is_empty() {
         return Err(FormatError::Empty);
     }
     if let Some(with) = packed(bytes) {
         return Err(FormatError::Compressed { with });
     }
-    let format = format.or_else(|| Format::detect(bytes));
-    if let (None | Some(Format::Xyz), Some((what, advice))) = (format, foreign::kind(bytes)) {
+    let format = hints.format_of(bytes);
+    let decoded = match format {
+        None | Some(Format::Xyz | Format::Ptx | Format::Obj) => text::from_utf16(bytes),
+        _ => None,
+    };
+    let bytes = decoded.as_deref().unwrap_or(bytes);
+    let told = || text::behind_lines(bytes, hints.skip_lines);
+    if matches!(format, None | Some(Format::Xyz))
+        && let Some((what, advice)) = foreign::kind(told())
+    {
         return Err(FormatError::Foreign { what, advice });
     }
     let format = format.ok_or_else(|| FormatError::Unknown { start: excerpt(bytes) })?;
-    if columns.is_some() && format != Format::Xyz {
-        return Err(FormatError::ColumnsOfNoText { format });
-    }
-    let cloud = match format {
+    check_parameters(&hints, format)?;
+    let mut cloud = match format {
         Format::Ply => ply::read(bytes, &meshes, limits),
-        Format::Xyz => xyz::read(bytes, columns, limits),
+        Format::Xyz => xyz::read(told(), &hints, limits),
+        Format::Ptx => ptx::read(bytes, limits),
         Format::Pcd => pcd::read(bytes, limits),
         Format::Las => las::read(bytes, limits),
         Format::E57 => e57::read(bytes, limits),
@@ -44,10 +52,25 @@ pub fn read(
     if cloud.input_len == 0 {
         return Err(FormatError::NoPoints { format });
     }
+    // E57 has a state for points that are none
+    if format != Format::E57 {
+        origin::take_holes(&mut cloud);
+    }
     if cloud.points.is_empty() {
         return Err(FormatError::NoFinitePoints { points: cloud.input_len });
     }
     Ok(cloud)
+}
+
+/// Refuses parameters of texts for what is none.
+fn check_parameters(hints: &Hints, format: Format) -> Result<(), FormatError> {
+    let given = [("columns", hints.columns.is_some()), ("skip_lines", hints.skip_lines > 0)];
+    match given.into_iter().find(|(_, given)| *given) {
+        Some((parameter, _)) if format != Format::Xyz => {
+            Err(FormatError::ParameterOfText { parameter, format })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What compressed the bytes, told from their first ones; no format read here begins with those.
@@ -59,6 +82,9 @@ fn packed(bytes: &[u8]) -> Option<&'static str> {
         (b"BZh", "bzip2"),
         (b"\xfd7zXZ\0", "xz"),
     ];
+    if bytes.get(257..262) == Some(b"ustar") {
+        return Some("tar");
+    }
     KNOWN.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, with)| *with)
 }
 
@@ -112,7 +138,7 @@ mod tests {
         };
         assert_eq!(told(b"9 1 2 3\n", None).unwrap().points[0].x, 1.0);
         let format = Format::Obj;
-        let refused = Err(FormatError::ColumnsOfNoText { format });
+        let refused = Err(FormatError::ParameterOfText { parameter: "columns", format });
         assert_eq!(told(b"v 1 2 3\n", None), refused);
         assert_eq!(told(b"9 1 2 3\n", Some(format)), refused);
     }

@@ -7,6 +7,47 @@ pub(super) fn without_bom(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
+/// Whether a mark at its start says that a text has two bytes a character.
+pub(super) fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
+}
+
+/// A text of two bytes a character in UTF-8; `None` where no mark at its start says that it is one.
+pub(super) fn from_utf16(bytes: &[u8]) -> Option<Vec<u8>> {
+    let unit = match bytes.first_chunk()? {
+        [0xff, 0xfe] => u16::from_le_bytes,
+        [0xfe, 0xff] => u16::from_be_bytes,
+        _ => return None,
+    };
+    let units = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    let known = |c: Result<char, _>| c.unwrap_or(char::REPLACEMENT_CHARACTER);
+    Some(char::decode_utf16(units).map(known).collect::<String>().into_bytes())
+}
+
+/// The text behind its first lines.
+pub(super) fn behind_lines(bytes: &[u8], lines: usize) -> &[u8] {
+    let end = line_end(bytes);
+    let mut ends = bytes.iter().enumerate().filter(|(_, b)| **b == end).map(|(at, _)| at + 1);
+    match lines.checked_sub(1) {
+        None => bytes,
+        Some(last) => ends.nth(last).and_then(|at| bytes.get(at..)).unwrap_or_default(),
+    }
+}
+
+/// A text without the end-of-file mark and the padding of older systems.
+pub(super) fn without_end_mark(bytes: &[u8]) -> &[u8] {
+    let end = bytes.iter().rposition(|b| !matches!(b, 0 | 0x1a)).map_or(0, |at| at + 1);
+    &bytes[..end]
+}
+
+/// A line without the blanks around it; tabs stay, which may part fields without anything in them.
+pub(super) fn without_blanks(line: &[u8]) -> &[u8] {
+    let is_kept = |b: &u8| *b == b'\t' || !b.is_ascii_whitespace();
+    let begin = line.iter().position(is_kept).unwrap_or(line.len());
+    let end = line.iter().rposition(is_kept).map_or(begin, |at| at + 1);
+    &line[begin..end]
+}
+
 /// The lines of a text, ended by LF, by CR LF (then the CR stays), or by CR where the text has no LF.
 pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let end = line_end(bytes);
@@ -20,7 +61,16 @@ fn line_end(bytes: &[u8]) -> u8 {
 
 /// Whether a trimmed line is a comment of the kinds met in text clouds.
 pub(super) fn is_comment(line: &[u8]) -> bool {
-    line.starts_with(b"#") || line.starts_with(b"//") || line.starts_with(b"%")
+    (line.starts_with(b"#") && !is_table_error(line))
+        || line.starts_with(b"//")
+        || line.starts_with(b"%")
+}
+
+/// Whether a field, or the line that begins with it, is what tables show for a value that is not there.
+pub(super) fn is_table_error(field: &[u8]) -> bool {
+    const ERRORS: [&[u8]; 7] =
+        [b"#N/A", b"#NV", b"#VALUE!", b"#WERT!", b"#DIV/0!", b"#NUM!", b"#REF!"];
+    ERRORS.iter().any(|error| field.starts_with(error))
 }
 
 /// How many lines a text has.
@@ -33,9 +83,11 @@ pub(super) fn line_count(bytes: &[u8]) -> u64 {
 
 /// Whether a line has three numbers or more, separated in any usual way.
 pub(super) fn is_row(line: &[u8]) -> bool {
-    let separator = |b: &u8| b.is_ascii_whitespace() || matches!(b, b',' | b';');
+    let separator = |b: &u8| b.is_ascii_whitespace() || matches!(b, b',' | b';' | b'|');
     let is_number = |field: &&[u8]| {
-        let field = unquoted(field);
+        // a number in quotes may have been parted at its own comma
+        let field = field.strip_prefix(b"\"").unwrap_or(field);
+        let field = field.strip_suffix(b"\"").unwrap_or(field);
         number(field).or_else(|| rare_number(field)).is_some()
     };
     line.split(separator).filter(is_number).count() >= 3
@@ -49,10 +101,17 @@ pub(super) fn unquoted(field: &[u8]) -> &[u8] {
 /// The number in a field as Fortran (`1.0D+00`) and older C libraries of Windows (`-1.#IND`, `1.#INF`)
 /// write it.
 pub(super) fn rare_number(field: &[u8]) -> Option<f64> {
-    if !field.last()?.is_ascii_alphanumeric() || field.len() > 64 {
+    if field.len() > 64 {
         return None;
     }
     let digits = field.strip_prefix(b"-").unwrap_or(field);
+    // as newer ones write the same
+    if digits.len() > 5 && digits[..4].eq_ignore_ascii_case(b"nan(") {
+        return Some(f64::NAN);
+    }
+    if !field.last()?.is_ascii_alphanumeric() {
+        return None;
+    }
     if let Some(special) = digits.strip_prefix(b"1.#") {
         let begins = |word: &&[u8]| special.starts_with(word);
         return match [&b"INF"[..], b"IND", b"QNAN", b"SNAN"].iter().position(begins)? {

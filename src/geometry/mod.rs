@@ -6,6 +6,7 @@ mod frame;
 mod quadric;
 mod recover;
 mod surface;
+mod unit;
 
 pub use classify::{CanonicalForm, QuadricType, classify};
 pub use cloud::{Grid, Mesh, MeshSamples, PointCloud};
@@ -15,6 +16,7 @@ pub use recover::{Recovered, Tolerance, recover, recover_local};
 pub use surface::{
     Cone, Cylinder, Ellipsoid, EllipticCylinder, Plane, Sphere, Surface, SurfaceType, Torus,
 };
+pub use unit::LengthUnit;
 
 /// A point or a direction in the input's unit.
 pub type Vec3 = nalgebra::Vector3<f64>;

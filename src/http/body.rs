@@ -96,7 +96,10 @@ fn is_unbroken(media_type: Option<&str>, bytes: &[u8]) -> bool {
 fn format_of(media_type: &str) -> Result<Option<Format>, ServiceError> {
     let essence = media_type.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
     match essence.as_str() {
-        // the second is what curl sends where it is told nothing
+        // gzip and zstd hold a cloud of any; the one of forms is what curl sends where it is told nothing
+        "application/gzip" | "application/x-gzip" | "application/zstd" | "application/x-zstd" => {
+            Ok(None)
+        }
         "" | "application/octet-stream" | "application/x-www-form-urlencoded" | "text/plain" => {
             Ok(None)
         }
@@ -259,6 +262,7 @@ mod tests {
     fn a_media_type_of_something_else_is_refused() {
         assert_eq!(format_of("application/octet-stream"), Ok(None));
         assert_eq!(format_of("model/ply; x=1"), Ok(Some(Format::Ply)));
+        assert_eq!(format_of("application/x-gzip"), Ok(None));
         assert_eq!(format_of("image/png").unwrap_err().kind, ErrorKind::UnknownFormat);
     }
 }

@@ -15,11 +15,9 @@ use futures::{Stream, StreamExt};
 
 use crate::{
     jobs::BytesHeld,
-    service::{Allowance, ErrorKind, ServiceError},
+    service::{Allowance, ErrorKind, ServiceError, WINDOW},
 };
 
-/// Most bytes of a window that zstd keeps of what it has unpacked.
-const WINDOW: u64 = 128 << 20;
 /// Most bytes of a multipart body from which its parser makes nothing: a part's head, a boundary.
 const UNUSED: u64 = 256 << 10;
 

@@ -1,19 +1,16 @@
 use std::{
-    collections::BTreeMap,
     sync::{
         Arc, Mutex, OnceLock, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
+use crate::answer::{StageClock, StageTimes};
 use crate::segment::{Monitor, Stage};
-
-/// Seconds spent in each stage, by the stage's name.
-pub type StageTimes = BTreeMap<String, f64>;
 
 /// How far a run is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,12 +40,6 @@ pub struct Control {
     deadline: OnceLock<Instant>,
     progress: watch::Sender<Option<Progress>>,
     clock: Mutex<StageClock>,
-}
-
-#[derive(Debug, Default)]
-struct StageClock {
-    current: Option<(Stage, Instant)>,
-    times: StageTimes,
 }
 
 /// Progress is published when it has grown by this much, not at every call.
@@ -101,30 +92,12 @@ impl Control {
 
     /// Ends the timing of the current stage and returns the times of all.
     pub fn finish(&self) -> StageTimes {
-        let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
-        clock.leave(Instant::now());
-        std::mem::take(&mut clock.times)
+        self.clock.lock().unwrap_or_else(PoisonError::into_inner).finish()
     }
 
     /// Cancels this run when the returned guard is dropped.
     pub fn cancel_on_drop(self: &Arc<Self>) -> CancelOnDrop {
         CancelOnDrop(Some(Arc::clone(self)))
-    }
-}
-
-impl StageClock {
-    fn leave(&mut self, now: Instant) {
-        if let Some((stage, since)) = self.current.take() {
-            *self.times.entry(stage.name().to_owned()).or_default() += seconds(now - since);
-        }
-    }
-
-    fn enter(&mut self, stage: Stage) {
-        if self.current.is_none_or(|(current, _)| current != stage) {
-            let now = Instant::now();
-            self.leave(now);
-            self.current = Some((stage, now));
-        }
     }
 }
 
@@ -166,11 +139,6 @@ impl Drop for CancelOnDrop {
             control.cancel();
         }
     }
-}
-
-fn seconds(duration: Duration) -> f64 {
-    // microseconds are all that a reader of timings needs
-    (duration.as_secs_f64() * 1e6).round() / 1e6
 }
 
 #[cfg(test)]

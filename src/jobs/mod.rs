@@ -17,7 +17,7 @@ pub mod trace;
 
 pub use book::{Book, BookConfig, Runner, SubmitError};
 pub use budget::{ByteBudget, BytesHeld};
-pub use control::{CancelOnDrop, Control, Progress, StageTimes, Stop};
+pub use control::{CancelOnDrop, Control, Progress, Stop};
 pub use disk::DiskStore;
 pub use job::{Ending, Job, JobView, Outcome};
 pub use pool::{Lane, Overloaded, Place, Pool, PoolConfig, PoolError};

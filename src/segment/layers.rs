@@ -214,7 +214,7 @@ mod tests {
 
     fn found(points: &[Vec3]) -> Layer<'static> {
         let parameters = Parameters::default();
-        let noise = crate::segment::prepare::noise::estimate(points, &Silent);
+        let noise = crate::segment::prepare::noise::estimate(points, &[0.0; 3], &Silent);
         let first = Layer::of(points, &noise, &parameters, &Silent).unwrap();
         with_rougher(first, points, &parameters, &Silent).unwrap()
     }

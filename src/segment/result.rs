@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dimensions, Parameters};
+use super::{Dimensions, Extent, HintOutcome, Parameters};
 use crate::geometry::{Scale, Surface, SurfaceType};
 
 /// What a segmentation found.
@@ -23,6 +23,8 @@ pub struct Segmentation {
     pub sampling: Option<Sampling>,
     /// What of the input limits the answer.
     pub warnings: Vec<Warning>,
+    /// What became of each hint, in their order.
+    pub hints: Vec<HintOutcome>,
 }
 
 /// How a cloud was sampled.
@@ -35,8 +37,8 @@ pub struct Sampling {
     pub along: f64,
     /// Median distance from the nearest one about at right angles to that: to the next line. 0 where there is none.
     pub across: f64,
-    /// The even step in which each coordinate comes (decimals, voxels, floating point far from the origin); 0 where it
-    /// comes in none.
+    /// The step in which each coordinate comes (decimals, voxels, single precision at the size of the coordinates); 0
+    /// where it comes in none.
     pub steps: [f64; 3],
 }
 
@@ -57,7 +59,8 @@ pub enum SamplingKind {
 /// Something of the input that limits the answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Warning {
-    /// What it is: `rows_apart`, `coordinate_steps`, `noise_above_spacing`. More may come.
+    /// What it is: `rows_apart`, `coordinate_steps`, `noise_above_spacing`, `holes_at_origin`, `unit_differs`. More may
+    /// come.
     pub code: String,
     /// The same in words, with the lengths in question.
     pub message: String,
@@ -230,15 +233,6 @@ pub struct Evidence {
     pub runner_up: SurfaceType,
     /// How much larger its Bayesian information criterion is (natural units).
     pub delta_bic: f64,
-}
-
-/// Where a region lies.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-pub struct Extent {
-    /// Smallest coordinates of its points.
-    pub min: [f64; 3],
-    /// Largest coordinates of its points.
-    pub max: [f64; 3],
 }
 
 /// How two surfaces meet.

@@ -2,80 +2,9 @@ use std::time::Duration;
 
 use tonic::Code;
 
-use crate::{
-    formats::FormatError,
-    jobs::{Overloaded, PoolError, Stop, StoreError, SubmitError},
-    segment::{ParameterError, SegmentError},
-};
+use crate::jobs::{Overloaded, PoolError, Stop, StoreError, SubmitError};
 
-/// What can go wrong, as callers see it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ErrorKind {
-    /// The request has no bytes of a cloud.
-    EmptyBody,
-    /// The cloud cannot be read.
-    MalformedCloud,
-    /// No coordinate triple is finite.
-    NoFinitePoints,
-    /// The cloud has too few points for any region.
-    TooFewPoints,
-    /// A coordinate is too large, or the points are too close together, to be worked with.
-    ExtentOutOfRange,
-    /// The format is not known or not to be told.
-    UnknownFormat,
-    /// The cloud has more points than the limit.
-    TooManyPoints,
-    /// The body is longer than the limit.
-    BodyTooLarge,
-    /// The Content-Encoding is not known.
-    UnsupportedEncoding,
-    /// The body does not keep to its Content-Encoding or its multipart form.
-    MalformedBody,
-    /// The head of the request does not say which host it is for, or says it twice.
-    MalformedRequest,
-    /// No parameter has this name.
-    UnknownParameter,
-    /// A parameter's value is not one it takes.
-    InvalidParameter,
-    /// None of the accepted media types can be given.
-    NotAcceptable,
-    /// No such path.
-    NotFound,
-    /// The path has no such method.
-    MethodNotAllowed,
-    /// No key, or not a valid one.
-    Unauthenticated,
-    /// No such job, or not this caller's.
-    JobNotFound,
-    /// The job has no result yet.
-    JobNotFinished,
-    /// The job ended without a result.
-    JobFailed,
-    /// The idempotency key stands for another submission.
-    IdempotencyKeyReused,
-    /// Too much work at hand.
-    Overloaded,
-    /// One key takes more than its share.
-    QuotaExceeded,
-    /// The upload took too long.
-    UploadTimeout,
-    /// The work took longer than its deadline.
-    DeadlineExceeded,
-    /// The work was cancelled.
-    Cancelled,
-    /// The service is shutting down.
-    ShuttingDown,
-    /// The disk that keeps the jobs is full.
-    StorageFull,
-    /// The store of the jobs fails.
-    StorageFailed,
-    /// What the store has of a job is not what was written.
-    StorageDamaged,
-    /// The process of the service ended each time it ran the job.
-    RunCrashed,
-    /// A fault of the service.
-    Internal,
-}
+pub use crate::answer::{AnswerError as ServiceError, ErrorKind};
 
 /// How one kind of error is told.
 #[derive(Clone, Copy, Debug)]
@@ -210,22 +139,7 @@ impl ErrorKind {
     }
 }
 
-/// An error as every transport tells it.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{detail}")]
-pub struct ServiceError {
-    /// What kind of error.
-    pub kind: ErrorKind,
-    /// What happened, with the offending value, and what to do.
-    pub detail: String,
-}
-
 impl ServiceError {
-    /// An error of `kind`.
-    pub fn new(kind: ErrorKind, detail: impl Into<String>) -> Self {
-        Self { kind, detail: detail.into() }
-    }
-
     /// An upload took longer than `limit`.
     pub fn upload_timeout(limit: Duration) -> Self {
         let detail = format!("the upload took longer than {} s", limit.as_secs_f64());
@@ -251,53 +165,6 @@ impl ServiceError {
     }
 }
 
-impl From<FormatError> for ServiceError {
-    fn from(error: FormatError) -> Self {
-        let kind = match &error {
-            FormatError::Empty => ErrorKind::EmptyBody,
-            FormatError::Unknown { .. }
-            | FormatError::Foreign { .. }
-            | FormatError::Compressed { .. } => ErrorKind::UnknownFormat,
-            FormatError::ColumnsOfNoText { .. } => ErrorKind::InvalidParameter,
-            FormatError::OutOfMemory { .. } => ErrorKind::Overloaded,
-            FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
-            FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
-            FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,
-            FormatError::Stopped => ErrorKind::Cancelled,
-            _ => ErrorKind::MalformedCloud,
-        };
-        Self::new(kind, error.to_string())
-    }
-}
-
-impl From<ParameterError> for ServiceError {
-    fn from(error: ParameterError) -> Self {
-        let kind = match &error {
-            ParameterError::Unknown(_) => ErrorKind::UnknownParameter,
-            _ => ErrorKind::InvalidParameter,
-        };
-        Self::new(kind, error.to_string())
-    }
-}
-
-impl From<SegmentError> for ServiceError {
-    fn from(error: SegmentError) -> Self {
-        match &error {
-            SegmentError::Cancelled(_) => Stop::Cancelled.into(),
-            SegmentError::TooManyPoints(_) => {
-                Self::new(ErrorKind::TooManyPoints, error.to_string())
-            }
-            SegmentError::TooFewPoints { .. } => Self::new(
-                ErrorKind::TooFewPoints,
-                format!("{error}: send more points, or lower min_points"),
-            ),
-            SegmentError::CoordinateTooLarge(_) | SegmentError::ExtentTooSmall(_) => {
-                Self::new(ErrorKind::ExtentOutOfRange, error.to_string())
-            }
-        }
-    }
-}
-
 impl From<Overloaded> for ServiceError {
     fn from(error: Overloaded) -> Self {
         let kind = match error {
@@ -311,11 +178,8 @@ impl From<Overloaded> for ServiceError {
 impl From<Stop> for ServiceError {
     fn from(stop: Stop) -> Self {
         match stop {
-            Stop::Cancelled => Self::new(ErrorKind::Cancelled, "the work was cancelled"),
-            Stop::Deadline => Self::new(
-                ErrorKind::DeadlineExceeded,
-                "the work took longer than its deadline: raise deadline, or thin out the cloud",
-            ),
+            Stop::Cancelled => Self::cancelled(),
+            Stop::Deadline => Self::deadline_exceeded(),
         }
     }
 }
@@ -392,6 +256,8 @@ mod tests {
         assert_eq!((codes.len(), kinds.len()), (ERRORS.len(), ERRORS.len()));
         // the enum's last variant numbers them all
         assert_eq!(ERRORS.len(), ErrorKind::Internal as usize + 1);
-        assert!(ERRORS.iter().all(|row| row.kind.row().code == row.code));
+        // the library tells the same codes without the table
+        let code = |row: &ErrorRow| serde_json::to_value(row.kind).unwrap();
+        assert!(ERRORS.iter().all(|row| row.kind.row().code == row.code && code(row) == row.code));
     }
 }

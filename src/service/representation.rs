@@ -1,14 +1,8 @@
-use std::io;
-
 use prost::Message;
-use rayon::prelude::*;
 
-use super::{Answer, Document, ErrorKind, ServiceError, message::v1, report, step::step};
-use crate::formats::{
-    DIMENSIONS, Labelled, PICTURE_BYTES, RegionRow, write_deviations_npy, write_labelled_ply,
-    write_labels_npy, write_points_csv, write_regions_csv,
-};
-use crate::segment::{Region, deviations};
+use super::{Answer, ServiceError, message::v1};
+use crate::answer::Form;
+use crate::formats::PICTURE_BYTES;
 
 /// A form in which a result can be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,25 +84,16 @@ impl Representation {
 
     /// The ending of its files, and its name on the command line.
     pub fn extension(self) -> &'static str {
-        match self {
-            Self::Json => "json",
-            Self::Protobuf => "pb",
-            Self::Npy => "npy",
-            Self::Ply => "ply",
-            Self::Csv => "csv",
-            Self::Deviations => "deviations.npy",
-            Self::Points => "points.csv",
-            Self::Step => "step",
-            Self::Html => "html",
-            Self::Png => "png",
-        }
+        self.form().map_or("pb", Form::extension)
     }
 
     /// The form whose files end so, in any case.
     pub fn from_extension(extension: &str) -> Option<Self> {
-        let is = |name: &str| name.eq_ignore_ascii_case(extension);
-        let form = Self::ALL.iter().copied().find(|form| is(form.extension()));
-        form.or_else(|| is("stp").then_some(Self::Step))
+        if extension.eq_ignore_ascii_case("pb") {
+            return Some(Self::Protobuf);
+        }
+        let form = Form::from_extension(extension)?;
+        Self::ALL.iter().copied().find(|own| own.form() == Some(form))
     }
 
     /// What it holds, for the reference.
@@ -139,7 +124,7 @@ impl Representation {
                  signed distance from the own surface); empty where there is none"
             }
             Self::Step => {
-                "STEP AP242 in millimetres: a face for each region with its exact surface, edges that neighbours share where \
+                "STEP AP242 in the cloud's unit, or in millimetres where none is known: a face for each region with its exact surface, edges that neighbours share where \
                  their surfaces meet, vertices where three do; a border without a neighbour follows the points. What closes \
                  up is a solid; the description of each other product names the regions with an open border. Faces have \
                  names with the size and its standard deviation, and the regions' colours"
@@ -161,7 +146,7 @@ impl Representation {
                  `local_origin_z`, `local_a1` to `local_a10`, `major_radius`, `minor_radius` (of a torus), and its dimensions, angles in degrees, `_sd` = standard \
                  deviation: `end_1_x` to `end_2_z`, `length`, `length_sd`, `diameter`, `diameter_sd`, `end_radius_1`, \
                  `end_radius_2`, `full_angle_deg`, `swept_angle_deg`, `arc_angle_deg`, `arc_angle_sd_deg`, `side`, \
-                 `share_seen`, `area`, `size_1`, `size_2`; empty where a surface has none"
+                 `share_seen`, `area`, `size_1`, `size_2`, and `unit`, that of all lengths; empty where a surface has none, or the unit is not known"
             }
         }
     }
@@ -171,156 +156,25 @@ impl Representation {
     /// # Errors
     /// The answer has no place in this form.
     pub fn render(self, answer: Answer, labels: bool) -> Result<Vec<u8>, ServiceError> {
-        let mut bytes = Vec::new();
-        let written = match self {
-            Self::Json => return json(answer.document.shown(labels)),
-            Self::Protobuf => {
-                let message = v1::Segmentation::from(answer.document.shown(labels));
-                return Ok(message.encode_to_vec());
-            }
-            Self::Npy => write_labels_npy(&mut bytes, answer.document.labels()),
-            Self::Ply => with_deviations(&answer, |all| write_labelled_ply(&mut bytes, all)),
-            Self::Points => with_deviations(&answer, |all| write_points_csv(&mut bytes, all)),
-            Self::Deviations => {
-                with_deviations(&answer, |all| write_deviations_npy(&mut bytes, all.deviations))
-            }
-            Self::Png => return report::picture(&answer).map_err(|error| unwritten(&error)),
-            Self::Html => {
-                let picture = report::picture(&answer).map_err(|error| unwritten(&error))?;
-                return Ok(report::report(&answer, &picture).into_bytes());
-            }
-            Self::Csv => write_regions_csv(&mut bytes, &rows(&answer.document)),
-            Self::Step => return Ok(step(&answer).into_bytes()),
-        };
-        written.map(|()| bytes).map_err(|error: io::Error| unwritten(&error))
-    }
-}
-
-/// Gives `write` the cloud with each point's deviation.
-fn with_deviations(
-    answer: &Answer,
-    write: impl FnOnce(&Labelled) -> io::Result<()>,
-) -> io::Result<()> {
-    let Answer { document, cloud, fields, .. } = answer;
-    let labels = document.labels();
-    let deviations = deviations(cloud, labels, &document.regions);
-    write(&Labelled { cloud, labels, deviations: &deviations, fields })
-}
-
-/// Labels whose text is written at once.
-const BLOCK: usize = 1 << 15;
-
-/// The document as JSON, with its labels last: they are most of the text, and written by all threads.
-fn json(mut document: Document) -> Result<Vec<u8>, ServiceError> {
-    let Some(labels) = document.labels.take() else { return Ok(serde_json::to_vec(&document)?) };
-    let blocks: Vec<Vec<u8>> =
-        labels.par_chunks(BLOCK).map(serde_json::to_vec).collect::<Result<_, _>>()?;
-    let mut bytes = serde_json::to_vec(&document)?;
-    // the object is opened again
-    bytes.pop();
-    bytes.reserve(blocks.iter().map(Vec::len).sum::<usize>() + 16);
-    bytes.extend_from_slice(b",\"labels\":[");
-    for (k, block) in blocks.iter().enumerate() {
-        if k > 0 {
-            bytes.push(b',');
+        match self.form() {
+            Some(form) => form.write(answer, labels),
+            None => Ok(v1::Segmentation::from(answer.document.shown(labels)).encode_to_vec()),
         }
-        // without its own brackets
-        bytes.extend_from_slice(&block[1..block.len() - 1]);
     }
-    bytes.extend_from_slice(b"]}");
-    Ok(bytes)
-}
 
-fn rows(document: &Document) -> Vec<RegionRow> {
-    let row = |region: &Region| RegionRow {
-        id: region.id,
-        surface_type: region.surface_type,
-        point_count: region.point_count,
-        rms: region.fit.rms,
-        max: region.fit.max,
-        coefficients: region.coefficients,
-        coefficients_error: region.coefficients_error,
-        local_origin: region.local_origin,
-        local_coefficients: region.local_coefficients,
-        surface: region.surface,
-        dimensions: dimensions(region),
-    };
-    document.regions.iter().map(row).collect()
-}
-
-/// The cells of [`DIMENSIONS`], in its order.
-fn dimensions(region: &Region) -> [String; DIMENSIONS.len()] {
-    let d = &region.dimensions;
-    let deviation = |name: &str| region.uncertainty.as_ref()?.get(name)?.as_f64();
-    let ends = |k: usize| d.ends.map(|ends| ends[k / 3][k % 3]);
-    let degrees = |angle: Option<f64>| angle.map(f64::to_degrees);
-    let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
-    let before = [0, 1, 2, 3, 4, 5].map(ends).into_iter().chain([
-        d.length,
-        deviation("length"),
-        d.diameter,
-        deviation("diameter"),
-        d.end_radii.map(|r| r[0]),
-        d.end_radii.map(|r| r[1]),
-        degrees(d.full_angle),
-        degrees(d.swept_angle),
-        degrees(d.arc_angle),
-        degrees(deviation("arc_angle")),
-    ]);
-    let side = d.side.map(|side| side.name().to_owned()).unwrap_or_default();
-    let after = [d.share_seen, d.area, d.size.map(|s| s[0]), d.size.map(|s| s[1])];
-    let mut cells = before.map(number).chain([side]).chain(after.map(number));
-    std::array::from_fn(|_| cells.next().unwrap_or_default())
-}
-
-fn unwritten(error: &dyn std::fmt::Display) -> ServiceError {
-    ServiceError::new(ErrorKind::Internal, format!("the result could not be written: {error}"))
-}
-
-impl From<serde_json::Error> for ServiceError {
-    fn from(error: serde_json::Error) -> Self {
-        unwritten(&error)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Input, Timing, UnassignedPoints};
-    use super::*;
-    use crate::segment::{Counters, Parameters};
-
-    #[test]
-    fn labels_written_by_all_threads_are_those_of_the_document() {
-        for n in [0, 1, BLOCK, BLOCK + 1, 3 * BLOCK - 5] {
-            let labels: Vec<i32> = (0..n as i32).map(|k| k % 1013 - 1).collect();
-            let document = Document {
-                conicoid: "1".into(),
-                input: Input {
-                    points: n,
-                    sha256: "0".into(),
-                    format: "ply".into(),
-                    skipped: 0,
-                    mesh: None,
-                },
-                parameters: Parameters::default(),
-                regions: Vec::new(),
-                labels: Some(labels),
-                face_labels: None,
-                unassigned: UnassignedPoints::default(),
-                sampling: None,
-                warnings: Vec::new(),
-                relations: Vec::new(),
-                relation_scatter: 0.0,
-                measures: Vec::new(),
-                snapping: None,
-                counters: Counters::default(),
-                timing: Timing::default(),
-            };
-            let told: Document = serde_json::from_slice(&json(document.clone()).unwrap()).unwrap();
-            assert_eq!(told, document);
-            assert_eq!(json(document.clone().shown(false)).unwrap(), {
-                serde_json::to_vec(&document.shown(false)).unwrap()
-            });
-        }
+    /// The form that the library writes; protobuf is the service's own.
+    fn form(self) -> Option<Form> {
+        Some(match self {
+            Self::Protobuf => return None,
+            Self::Json => Form::Json,
+            Self::Npy => Form::Npy,
+            Self::Ply => Form::Ply,
+            Self::Csv => Form::Csv,
+            Self::Deviations => Form::Deviations,
+            Self::Points => Form::Points,
+            Self::Step => Form::Step,
+            Self::Html => Form::Html,
+            Self::Png => Form::Png,
+        })
     }
 }

@@ -206,25 +206,27 @@ impl Service {
         done?
     }
 
-    /// What an upload announces.
+    /// An upload, unpacked where it was packed, and what it announces.
     ///
     /// # Errors
-    /// It would never have room in the budget.
+    /// It cannot be unpacked, or would never have room in the budget.
     pub(super) async fn announced(
         &self,
         upload: Upload,
         request: &Request,
     ) -> Result<(Upload, Announced), ServiceError> {
-        let (hints, aside) = (request.hints(), upload.bytes().len() > LOOKED_AT_IN_PLACE);
+        let hints = request.hints();
+        let aside = upload.bytes().len() > LOOKED_AT_IN_PLACE || upload.is_packed();
         let look = move || {
+            let upload = upload.unpacked()?;
             let points = formats::announced_points(upload.bytes(), hints);
-            (points, formats::bytes_beside(upload.bytes(), hints), upload)
+            Ok::<_, ServiceError>((points, formats::bytes_beside(upload.bytes(), hints), upload))
         };
         let (announced, beside, upload) = if aside {
             let looked = tokio::task::spawn_blocking(look).await;
-            looked.map_err(|_| ServiceError::from(PoolError::Closed))?
+            looked.map_err(|_| ServiceError::from(PoolError::Closed))??
         } else {
-            look()
+            look()?
         };
         // a text may have lines that are no points: the reader counts those that are
         let points = announced.min(self.limits().max_points as u64);

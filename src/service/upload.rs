@@ -1,8 +1,10 @@
 use super::{ErrorKind, ServiceError};
-use crate::jobs::BytesHeld;
+use crate::{formats::Packing, jobs::BytesHeld};
 
 /// Room made at once for a body that says how long it will be.
 const FIRST: u64 = 1 << 20;
+/// Most bytes of a window that zstd keeps of what it has unpacked.
+pub const WINDOW: u64 = 128 << 20;
 /// Afterwards room is made for at most this many times what has come: nobody's word is taken for more.
 const TIMES: u64 = 8;
 
@@ -105,6 +107,27 @@ impl Upload {
         Err(ServiceError::new(ErrorKind::Overloaded, detail))
     }
 
+    /// Whether gzip or zstd packed the bytes themselves: it takes long to unpack them.
+    pub fn is_packed(&self) -> bool {
+        Packing::of(&self.bytes).is_some()
+    }
+
+    /// The upload with its bytes unpacked, where they are packed themselves; both are counted, and what zstd keeps of them.
+    ///
+    /// # Errors
+    /// The bytes are damaged, or what comes out of them is over the limit or the budget.
+    pub fn unpacked(self) -> Result<Self, ServiceError> {
+        let Some(packing) = Packing::of(&self.bytes) else { return Ok(self) };
+        let packed = self.bytes.len() as u64;
+        let count = |total: u64| {
+            self.allowance.check(total)?;
+            let window = if packing == Packing::Zstd { total.min(WINDOW) } else { 0 };
+            Ok::<_, ServiceError>(self.allowance.held.grow_to(packed + total + window)?)
+        };
+        let bytes = packing.unpack(&self.bytes, count)?;
+        Ok(Self { bytes, announced: 0, allowance: self.allowance })
+    }
+
     /// The bytes that have come.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
@@ -154,6 +177,25 @@ mod tests {
             assert!(upload.bytes.capacity() <= if announced > 100 { 3 << 20 } else { 4 << 20 });
             assert_eq!((upload.bytes.len(), budget.held()), (3 << 20, 3 << 20));
         }
+    }
+
+    #[test]
+    fn a_packed_cloud_may_be_as_long_as_any_once_unpacked() {
+        let text = b"1 2 3\n".repeat(50_000);
+        let packed = zstd::encode_all(&text[..], 3).unwrap();
+        let budget = ByteBudget::new(1 << 30, KeyShare::ALL);
+        let unpacked = |limit| {
+            let mut upload = Upload::new(budget.share(), limit);
+            upload.push(&packed).unwrap();
+            assert!(upload.is_packed());
+            upload.unpacked()
+        };
+        let whole = unpacked(text.len() as u64).unwrap();
+        assert_eq!((whole.bytes(), whole.is_packed()), (&text[..], false));
+        assert!(budget.held() >= text.len() as u64);
+        assert_eq!(unpacked(text.len() as u64 - 1).unwrap_err().kind, ErrorKind::BodyTooLarge);
+        drop(whole);
+        assert_eq!(budget.held(), 0);
     }
 
     #[test]

@@ -9,28 +9,29 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("fit", &["geometry"]),
     ("segment", &["geometry", "fit"]),
     ("model", &["geometry", "fit", "segment"]),
-    ("jobs", &["geometry", "fit", "segment", "model"]),
-    ("service", &["geometry", "formats", "fit", "segment", "model", "jobs"]),
-    ("http", &["geometry", "formats", "fit", "segment", "model", "jobs", "service"]),
-    ("grpc", &["geometry", "formats", "fit", "segment", "model", "jobs", "service"]),
-    ("cli", &["geometry", "formats", "fit", "segment", "model", "jobs", "service", "http", "grpc"]),
+    ("answer", &["geometry", "formats", "fit", "segment", "model"]),
+    ("jobs", &["geometry", "fit", "segment", "model", "answer"]),
+    ("service", &["geometry", "formats", "fit", "segment", "model", "answer", "jobs"]),
+    ("http", &["geometry", "formats", "fit", "segment", "model", "answer", "jobs", "service"]),
+    ("grpc", &["geometry", "formats", "fit", "segment", "model", "answer", "jobs", "service"]),
+    (
+        "cli",
+        &[
+            "geometry", "formats", "fit", "segment", "model", "answer", "jobs", "service", "http",
+            "grpc",
+        ],
+    ),
 ];
 
 /// What the synchronous, silent modules must not touch.
 const SILENT: &[&str] = &["geometry", "formats", "fit", "segment", "model"];
 const NOISE: &[&str] = &[
-    "tokio",
-    "axum",
-    "tonic",
-    "prost",
-    "clap",
     "std::time",
     "std::env",
     "Instant::now",
     "SystemTime",
     "println!",
     "eprintln!",
-    "tracing",
     "thread::spawn",
     "ThreadPoolBuilder",
 ];
@@ -125,6 +126,33 @@ fn the_method_is_silent_and_synchronous() {
                 assert!(!code.contains(word), "{path} uses {word}");
             }
         }
+    }
+}
+
+/// What is built without the feature `service`, and the crates that it must not need.
+const LIBRARY: &[&str] = &["geometry", "formats", "fit", "segment", "model", "answer"];
+const SERVICE: &[&str] =
+    &["tokio", "axum", "tonic", "prost", "clap", "tracing", "metrics::", "libc"];
+
+#[test]
+fn the_library_needs_nothing_of_the_service() {
+    let lib = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
+    for (name, _) in ALLOWED {
+        let is_gated = lib.contains(&format!("#[cfg(feature = \"service\")]\npub mod {name};"));
+        assert_eq!(is_gated, !LIBRARY.contains(name), "{name}");
+    }
+    for name in LIBRARY {
+        for (path, code) in module(name) {
+            for word in SERVICE {
+                assert!(!code.contains(word), "{path} uses {word}");
+            }
+        }
+    }
+    let manifest = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"));
+    let manifest: toml::Table = manifest.unwrap().parse().unwrap();
+    let is_optional = |name: &str| manifest["dependencies"][name].get("optional").is_some();
+    for name in ["tokio", "axum", "tonic", "prost", "clap", "tracing", "metrics", "libc"] {
+        assert!(is_optional(name), "{name} is built with the library");
     }
 }
 

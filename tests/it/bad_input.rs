@@ -63,7 +63,8 @@ fn bad_clouds() -> Vec<Case> {
             invalid,
             "malformed_cloud",
         ),
-        case("a compressed file", b"\x1f\x8b\x08\0\0\0", 415, invalid, "unknown_format"),
+        case("an archive", b"PK\x03\x04\0\0\0\0", 415, invalid, "unknown_format"),
+        case("half a gzip file", b"\x1f\x8b\x08\0\0\0", 422, invalid, "malformed_cloud"),
         case("words", "once upon a time\nthere was\na cloud\n", 415, invalid, "unknown_format"),
         case("binary rubbish", [0_u8, 159, 146, 150].repeat(64), 415, invalid, "unknown_format"),
         case(

@@ -21,6 +21,8 @@ mod contract;
 mod deploy;
 mod dimensions;
 mod example;
+mod files;
+mod hints;
 mod jobs;
 mod joints;
 mod meshes;

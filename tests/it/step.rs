@@ -15,7 +15,7 @@ fn found(points: &[Vec3]) -> Segmentation {
 fn text(points: &[Vec3], found: &Segmentation) -> String {
     let noise = found.parameters.noise_sigma.unwrap();
     let source = Source { points, labels: &found.labels, regions: &found.regions, noise };
-    step(&source, "1.2.3", |label| [label as u8, 0, 255])
+    step(&source, None, "1.2.3", |label| [label as u8, 0, 255])
 }
 
 /// Every edge of a closed shell lies between two faces that run along it in opposite ways.
@@ -239,7 +239,7 @@ fn the_file_is_the_same_on_any_number_of_threads() {
 #[test]
 fn a_cloud_without_a_region_is_a_file_without_a_product() {
     let text =
-        step(&Source { points: &[], labels: &[], regions: &[], noise: 0.0 }, "1", |_| [0; 3]);
+        step(&Source { points: &[], labels: &[], regions: &[], noise: 0.0 }, None, "1", |_| [0; 3]);
     let file = File::read(&text);
     assert_eq!(file.named("PRODUCT").count(), 0);
     assert!(file.header.contains("0 regions"));

@@ -2,6 +2,7 @@
 
 mod header;
 mod laz;
+mod unit;
 
 use std::{io::Cursor, sync::atomic::Ordering, thread};
 
@@ -11,7 +12,7 @@ use super::{
     guard::{MAX_POINTS_PER_BYTE, check_density, guarded},
     memory::room_for,
 };
-use crate::geometry::{PointCloud, Vec3};
+use crate::geometry::{LengthUnit, PointCloud, Vec3};
 
 /// The bit of the point format that LAZ sets.
 const COMPRESSED: u8 = 128;
@@ -22,14 +23,14 @@ const BATCH_BYTES: usize = 1 << 20;
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
     let file = without_extended_records(bytes)?;
     // on a stack of its own: the library's recursions are stopped, but not at once
-    let points = thread::scope(|scope| {
+    let (points, unit) = thread::scope(|scope| {
         let thread = thread::Builder::new().stack_size(laz::STACK);
         let reading = thread.spawn_scoped(scope, || read_file(file, bytes, limits));
         let reading =
             reading.map_err(|_| FormatError::OutOfMemory { points: most_points(bytes) })?;
         reading.join().unwrap_or_else(|_| Err(damaged("its contents contradict each other")))
     })?;
-    Ok(PointCloud::from_points(points))
+    Ok(PointCloud { unit, ..PointCloud::from_points(points) })
 }
 
 /// Reads `file`, made of `bytes`.
@@ -37,10 +38,11 @@ fn read_file(
     mut file: Vec<u8>,
     bytes: &[u8],
     limits: &dyn Bounds,
-) -> Result<Vec<Vec3>, FormatError> {
+) -> Result<(Vec<Vec3>, Option<LengthUnit>), FormatError> {
     guarded(Format::Las, || -> Result<_, las::Error> {
         // the header alone first: making a reader already reserves what a compressed file announces
         let header = las::Header::new(Cursor::new(&file))?;
+        let unit = unit::unit(&header);
         let (mut points_end, layers) = match check(&header, bytes, limits) {
             Ok(checked) => checked,
             Err(error) => return Ok(Err(error)),
@@ -51,7 +53,8 @@ fn read_file(
         let (window, end) = laz::Window::new(file);
         let mut reader = las::Reader::new(window)?;
         end.store(points_end, Ordering::Relaxed);
-        read_points(&mut reader, limits)
+        let points = read_points(&mut reader, limits)?;
+        Ok(points.map(|points| (points, unit)))
     })
 }
 

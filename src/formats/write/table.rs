@@ -25,6 +25,8 @@ pub struct RegionRow {
     pub local_coefficients: Option<[f64; 10]>,
     /// The surface in engineering terms, where it has any.
     pub surface: Option<Surface>,
+    /// The unit of its lengths; empty where none is known.
+    pub unit: &'static str,
     /// The cells from `end_1_x` on, in the order of [`DIMENSIONS`]; empty text where there is none.
     pub dimensions: [String; DIMENSIONS.len()],
 }
@@ -70,7 +72,7 @@ const COLUMNS: &str = "id,type,point_count,rms,max,position_x,position_y,positio
 /// # Errors
 /// `out` fails.
 pub fn write_regions_csv(out: &mut impl Write, rows: &[RegionRow]) -> io::Result<()> {
-    writeln!(out, "{COLUMNS},{}", DIMENSIONS.join(","))?;
+    writeln!(out, "{COLUMNS},{},unit", DIMENSIONS.join(","))?;
     for row in rows {
         let name = row.surface_type.name();
         write!(out, "{},{name},{},{},{}", row.id, row.point_count, row.rms, row.max)?;
@@ -96,7 +98,7 @@ pub fn write_regions_csv(out: &mut impl Write, rows: &[RegionRow]) -> io::Result
         for cell in &row.dimensions {
             write!(out, ",{cell}")?;
         }
-        writeln!(out)?;
+        writeln!(out, ",{}", row.unit)?;
     }
     Ok(())
 }
@@ -158,6 +160,7 @@ mod tests {
             local_origin: [500_000.1, 0.0, -2.0],
             local_coefficients: Some([0.25; 10]),
             surface,
+            unit: "mm",
             dimensions: std::array::from_fn(|k| format!("d{k}")),
         };
         let mut bytes = Vec::new();
@@ -186,6 +189,7 @@ mod tests {
             ["coefficients_error", "local_origin_x", "local_origin_z", "local_a1", "local_a10"];
         assert_eq!(cells.map(|c| cell(&t, c)), ["", "500000.1", "-2", "0.25", "0.25"]);
         assert_eq!(["end_1_x", "length", "size_2"].map(|c| cell(&t, c)), ["d0", "d6", "d20"]);
+        assert_eq!(cell(&t, "unit"), "mm");
         let elliptic = EllipticCylinder {
             axis_point: Vec3::zeros(),
             axis_direction: Vec3::z(),

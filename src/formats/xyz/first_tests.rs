@@ -16,7 +16,7 @@ enum Told {
 /// Which columns of a text are read.
 fn told(rows: &[Vec<String>], which: usize) -> Told {
     let text = parted(rows, which);
-    match read(text.as_bytes(), None, &Limits::default()) {
+    match read(text.as_bytes(), &Hints::default(), &Limits::default()) {
         Err(FormatError::FirstColumn { .. }) => Told::Refused,
         Err(error) => Told::Wrong(error.to_string()),
         Ok(cloud) => {

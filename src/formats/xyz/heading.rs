@@ -8,6 +8,7 @@ use super::{
     names::{self, Ambiguous},
     running,
 };
+use crate::geometry::LengthUnit;
 
 /// Lines of titles and units there may be before the points without a comment's mark.
 const MAX_OTHER_LINES: usize = 3;
@@ -61,12 +62,29 @@ impl<'a> Heading<'a> {
                         break;
                     }
                     let line = excerpt(line);
-                    let reason = format!("'{line}' is no point: mark lines that are none with #");
+                    let reason = format!(
+                        "'{line}' is no point: mark lines that are none with #, or say how many stand \
+                         before the points by the parameter skip_lines"
+                    );
                     return Err(error(number, reason));
                 }
             }
         }
         Ok((heading, vec![]))
+    }
+
+    /// The unit that the names of these columns state, or a line of units.
+    pub(super) fn unit(&self, dialect: Dialect, columns: [usize; 3]) -> Option<LengthUnit> {
+        let named = self.names.as_ref().or(self.comment.as_ref());
+        let named = named.and_then(|names| common(names.named().ok()?.map(|at| names.units[at])));
+        let below = || {
+            let lines = self.others.iter().map(|(_, line)| dialect.fields(line));
+            lines.into_iter().find_map(|line| {
+                let unit = |at: usize| line.get(at).and_then(|field| names::unit(field));
+                common(columns.map(unit))
+            })
+        };
+        named.or_else(below)
     }
 
     /// The columns that the heading names; `None` where it names none.
@@ -96,6 +114,11 @@ impl<'a> Heading<'a> {
     }
 }
 
+/// The unit of three columns, where all of them have the same.
+fn common(units: [Option<LengthUnit>; 3]) -> Option<LengthUnit> {
+    units[0].filter(|_| units[0] == units[1] && units[1] == units[2])
+}
+
 /// The number of points that a line announces.
 pub(super) fn count(dialect: Dialect, line: &[u8]) -> Option<u64> {
     let fields = dialect.fields(line);
@@ -123,24 +146,31 @@ fn listed(fields: &[&[u8]]) -> String {
     fields.iter().take(12).map(|field| excerpt(field)).collect::<Vec<_>>().join(", ")
 }
 
-/// The fields of a line of names without the units behind them; `None` where they are more than
+/// The unit of each name.
+type Units = Vec<Option<LengthUnit>>;
+
+/// The fields of a line of names without the units behind them, and the unit of each; `None` where they are more than
 /// [`MAX_COLUMNS`].
-fn without_units(dialect: Dialect, line: &[u8]) -> Option<Vec<&[u8]>> {
-    let mut names = Vec::new();
+fn parted(dialect: Dialect, line: &[u8]) -> Option<(Vec<&[u8]>, Units)> {
+    let (mut names, mut units) = (Vec::new(), Units::new());
     dialect.each_field(line, |_, field| {
         let unit = field.starts_with(b"[") || field.starts_with(b"(");
         if !(unit && dialect.parts_at_blanks()) {
             names.push(field);
+            units.push(names::unit(field));
+        } else if let Some(last) = units.last_mut() {
+            *last = names::unit(field);
         }
         names.len() <= MAX_COLUMNS
     });
-    (names.len() <= MAX_COLUMNS).then_some(names)
+    (names.len() <= MAX_COLUMNS).then_some((names, units))
 }
 
 /// A line of names, those of coordinates among them.
 struct Names<'a> {
     line: usize,
     fields: Vec<&'a [u8]>,
+    units: Units,
     columns: Result<[usize; 3], Ambiguous>,
 }
 
@@ -150,10 +180,15 @@ impl<'a> Names<'a> {
     fn of(dialect: Dialect, (line, text): Line<'a>) -> Option<Self> {
         let ways = std::iter::once(dialect).chain(DIALECTS);
         ways.into_iter().find_map(|dialect| {
-            let fields = without_units(dialect, text)?;
+            let (fields, units) = parted(dialect, text)?;
             let columns = names::coordinates(&fields).transpose()?;
-            Some(Self { line, fields, columns })
+            Some(Self { line, fields, units, columns })
         })
+    }
+
+    /// The places of the coordinates among the names.
+    fn named(&self) -> Result<[usize; 3], Ambiguous> {
+        self.columns
     }
 
     fn columns(&self) -> Result<[usize; 3], FormatError> {

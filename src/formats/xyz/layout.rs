@@ -1,12 +1,17 @@
 //! Where the coordinates stand in the lines of a text, as its first lines show.
 
-use super::super::{Bounds, Columns, FormatError, text};
+use super::super::{
+    Bounds, FormatError, Hints,
+    line::{MAX_LINE_BYTES, Pace, check_length},
+    text,
+};
 use super::{
     dialect::{Dialect, Line},
     first::{self, First},
     heading::{Heading, error},
-    line::{self, MAX_LINE_BYTES, Pace},
+    line,
 };
+use crate::geometry::LengthUnit;
 
 /// Lines that are looked at to tell how the text is written, and as many comments.
 const SAMPLE_LINES: usize = 1000;
@@ -27,19 +32,17 @@ pub(super) struct Layout {
     pub(super) announced: Option<u64>,
     /// What stands in the first column, where that is looked at.
     pub(super) first: First,
+    /// The unit that the names of the coordinates, or a line below them, state.
+    pub(super) unit: Option<LengthUnit>,
 }
 
 impl Layout {
-    /// The layout that the first lines show; `columns` are those the sender names.
+    /// The layout that the first lines show, and `hints` where the sender knows more.
     ///
     /// # Errors
     /// They can be read in two ways or are too long, or the cloud is not wanted any more.
-    pub(super) fn of(
-        text: &[u8],
-        columns: Option<Columns>,
-        limits: &dyn Bounds,
-    ) -> Result<Self, FormatError> {
-        let (sample, passed) = sample(text, limits)?;
+    pub(super) fn of(text: &[u8], hints: &Hints, limits: &dyn Bounds) -> Result<Self, FormatError> {
+        let (sample, passed) = sample(text, hints.skip_lines, limits)?;
         let told = sample.iter().map(|(_, line)| *line).filter(|line| !text::is_comment(line));
         let dialect = Dialect::of(told);
         let (heading, rows) = Heading::take(dialect, &sample, limits)?;
@@ -51,6 +54,7 @@ impl Layout {
             first_row: rows.first().or(heading.others.first()).map_or(usize::MAX, |line| line.0),
             announced: heading.announced,
             first: First::Coordinate,
+            unit: None,
         };
         let Some(&(number, row)) = rows.first() else { return Ok(layout) };
         line::check(dialect, row, number)?;
@@ -59,7 +63,12 @@ impl Layout {
                 "its commas may part numbers or be in them: put semicolons between numbers";
             return Err(error(number, reason));
         }
-        if let Some(columns) = columns {
+        if dialect.may_be_thousands(&rows) {
+            let reason = "the commas in its numbers may mark thousands or fractions: write fractions \
+                          with a point, and no marks of thousands";
+            return Err(error(number, reason));
+        }
+        if let Some(columns) = hints.columns {
             layout.columns = columns.places();
         } else if let Some(named) = heading.columns(dialect, &rows)? {
             layout.columns = named;
@@ -69,6 +78,7 @@ impl Layout {
                 layout.columns = [1, 2, 3];
             }
         }
+        layout.unit = heading.unit(dialect, layout.columns);
         layout.needed = 1 + layout.columns.into_iter().max().unwrap_or_default();
         Ok(layout)
     }
@@ -94,25 +104,29 @@ impl Room {
 }
 
 /// The first lines and comments, empty lines and long comments apart, and the bytes up to there.
-fn sample<'a>(text: &'a [u8], limits: &dyn Bounds) -> Result<(Vec<Line<'a>>, usize), FormatError> {
+fn sample<'a>(
+    text: &'a [u8],
+    lines_before: usize,
+    limits: &dyn Bounds,
+) -> Result<(Vec<Line<'a>>, usize), FormatError> {
     let (mut told, mut comments) = (Room::SAMPLE, Room::SAMPLE);
     let (mut sample, mut passed) = (Vec::new(), 0);
     let mut pace = Pace::new(limits);
-    for (index, line) in text::lines(text).enumerate() {
+    for (number, line) in (1 + lines_before..).zip(text::lines(text)) {
         pace.pass(line)?;
         passed += line.len() + 1;
-        let (number, line) = (index + 1, line.trim_ascii());
-        if line.is_empty() {
+        let (trimmed, line) = (line.trim_ascii(), text::without_blanks(line));
+        if trimmed.is_empty() {
             continue;
         }
-        if text::is_comment(line) {
-            if comments.is_left() && line.len() <= MAX_LINE_BYTES {
-                comments.take(line);
-                sample.push((number, line));
+        if text::is_comment(trimmed) {
+            if comments.is_left() && trimmed.len() <= MAX_LINE_BYTES {
+                comments.take(trimmed);
+                sample.push((number, trimmed));
             }
             continue;
         }
-        line::check_length(line, number)?;
+        check_length(trimmed, number)?;
         told.take(line);
         sample.push((number, line));
         if !told.is_left() {
@@ -136,7 +150,7 @@ fn later(text: &[u8], passed: usize) -> Vec<&[u8]> {
         // the first and the last may be cut
         let lines: Vec<_> = text::lines(reach).take(LINES + 2).collect();
         let whole = lines.len().saturating_sub(1);
-        lines.into_iter().take(whole).skip(1).map(<[u8]>::trim_ascii)
+        lines.into_iter().take(whole).skip(1).map(text::without_blanks)
     });
     lines.filter(|line| !text::is_comment(line)).collect()
 }

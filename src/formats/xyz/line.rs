@@ -1,25 +1,9 @@
-//! How much of a text is looked at: the longest line, the most columns, and how often the caller is asked.
+//! The most columns of a line.
 
-use super::super::{Bounds, FormatError};
+use super::super::{FormatError, line::check_length};
 use super::dialect::{Dialect, MAX_COLUMNS};
 
-/// The most bytes a line may have: 64 for each of [`MAX_COLUMNS`], rounded up. Longer comments are passed
-/// over.
-pub(super) const MAX_LINE_BYTES: usize = 64 * 1024;
-
-/// Bytes passed between two looks at whether to go on: less than a millisecond.
-const BYTES_A_LOOK: usize = 64 * 1024;
-
-/// Refuses a line, which is no comment, of more than [`MAX_LINE_BYTES`].
-pub(super) fn check_length(line: &[u8], number: usize) -> Result<(), FormatError> {
-    if line.len() > MAX_LINE_BYTES {
-        let most = MAX_LINE_BYTES;
-        return Err(FormatError::LongLine { line: number, most, of: "bytes" });
-    }
-    Ok(())
-}
-
-/// Refuses a line, which is no comment, of more than [`MAX_LINE_BYTES`] or [`MAX_COLUMNS`].
+/// Refuses a line, which is no comment, of too many bytes or more than [`MAX_COLUMNS`].
 pub(super) fn check(dialect: Dialect, line: &[u8], number: usize) -> Result<(), FormatError> {
     check_length(line, number)?;
     if dialect.is_wide(line) {
@@ -31,30 +15,4 @@ pub(super) fn check(dialect: Dialect, line: &[u8], number: usize) -> Result<(), 
 /// The error for a line of more than [`MAX_COLUMNS`].
 pub(super) fn wide(line: usize) -> FormatError {
     FormatError::LongLine { line, most: MAX_COLUMNS, of: "columns" }
-}
-
-/// Asks now and then whether to go on, however short or long lines are and whatever they hold.
-pub(super) struct Pace<'a> {
-    limits: &'a dyn Bounds,
-    passed: usize,
-}
-
-impl<'a> Pace<'a> {
-    /// One that asks at the first line.
-    pub(super) fn new(limits: &'a dyn Bounds) -> Self {
-        Self { limits, passed: BYTES_A_LOOK }
-    }
-
-    /// Counts a line.
-    ///
-    /// # Errors
-    /// The cloud is not wanted any more.
-    pub(super) fn pass(&mut self, line: &[u8]) -> Result<(), FormatError> {
-        self.passed = self.passed.saturating_add(line.len() + 1);
-        if self.passed > BYTES_A_LOOK {
-            self.passed = 0;
-            self.limits.go_on()?;
-        }
-        Ok(())
-    }
 }

@@ -2,11 +2,11 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{line::MAX_LINE_BYTES, *};
-use crate::formats::{Limits, Watched, announced_points};
+use super::*;
+use crate::formats::{Limits, Watched, announced_points, line::MAX_LINE_BYTES};
 
 fn told(text: &str) -> Result<Vec<[f64; 3]>, FormatError> {
-    let cloud = read(text.as_bytes(), None, &Limits::default())?;
+    let cloud = read(text.as_bytes(), &Hints::default(), &Limits::default())?;
     Ok(cloud.points.iter().map(|&p| p.into()).collect())
 }
 
@@ -110,7 +110,7 @@ fn stopped_after(looks: usize, text: &str) -> (Option<FormatError>, usize) {
     let asked = AtomicUsize::new(0);
     let stopped = || asked.fetch_add(1, Ordering::Relaxed) >= looks;
     let watched = Watched { limits: Limits::default(), stopped: &stopped };
-    let error = read(text.as_bytes(), None, &watched).err();
+    let error = read(text.as_bytes(), &Hints::default(), &watched).err();
     (error, asked.into_inner())
 }
 

@@ -1,5 +1,6 @@
 //! Text clouds: one point a line, coordinates separated by spaces, tabs, commas or semicolons.
 //!
+//! Fields between tabs may be empty where tabs part all of them; those in quotes may hold what parts fields elsewhere.
 //! Lines that start with `#`, `//` or `%` are comments. The first lines show how the others are written:
 //! what parts fields and whether fractions begin with a comma; a line (or a comment) of names tells the
 //! columns of x, y and z, else they are the first three, or those behind running numbers or times. A line
@@ -20,33 +21,37 @@ mod style;
 
 use first::First;
 use layout::Layout;
-use line::Pace;
 use running::Running;
 
-use super::{Bounds, Columns, Format, FormatError, error::excerpt, memory::room_for, text};
+use super::{
+    Bounds, Format, FormatError, Hints, error::excerpt, line::Pace, memory::room_for, odd, text,
+};
 use crate::geometry::{PointCloud, Vec3};
 
-/// Reads one point a line; `columns` are those of x, y and z where the sender names them.
+/// Reads one point a line; `hints` say the columns of x, y and z where the sender names them, and how many lines stood
+/// before these bytes.
 pub(super) fn read(
     bytes: &[u8],
-    columns: Option<Columns>,
+    hints: &Hints,
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
-    let bytes = text::without_bom(bytes);
-    let layout = Layout::of(bytes, columns, limits)?;
+    let bytes = text::without_end_mark(text::without_bom(bytes));
+    let layout = Layout::of(bytes, hints, limits)?;
     let mut block = Block { announced: layout.announced, begin: 0 };
     let mut points = room_for(text::line_count(bytes).min(limits.most()))?;
     let mut running = Running::default();
     let mut pace = Pace::new(limits);
-    for (index, line) in text::lines(bytes).enumerate() {
+    for (number, line) in (1 + hints.skip_lines..).zip(text::lines(bytes)) {
         pace.pass(line)?;
-        let (number, line) = (index + 1, line.trim_ascii());
-        if number < layout.first_row || line.is_empty() || text::is_comment(line) {
+        let (trimmed, line) = (line.trim_ascii(), text::without_blanks(line));
+        if number < layout.first_row || trimmed.is_empty() || text::is_comment(trimmed) {
             continue;
         }
         line::check(layout.dialect, line, number)?;
         let point = match layout.point(line, number) {
-            Err(FormatError::TooFewColumns { .. }) if block.next(points.len(), &layout, line) => {
+            Err(FormatError::TooFewColumns { .. })
+                if block.next(points.len(), &layout, trimmed) =>
+            {
                 running = Running::default();
                 continue;
             }
@@ -59,7 +64,7 @@ pub(super) fn read(
         points.push(point);
     }
     block.check_end(points.len())?;
-    Ok(PointCloud::from_points(points))
+    Ok(PointCloud { unit: layout.unit, ..PointCloud::from_points(points) })
 }
 
 /// Points whose number is announced before them.
@@ -107,7 +112,10 @@ impl Layout {
         });
         if let Some(field) = bad {
             let text = excerpt(field);
-            return Err(FormatError::BadNumber { format: Format::Xyz, line: number, text });
+            return Err(match odd::cure(field) {
+                Some(cure) => FormatError::OddNumber { line: number, text, cure },
+                None => FormatError::BadNumber { format: Format::Xyz, line: number, text },
+            });
         }
         if seen < self.needed {
             return Err(FormatError::TooFewColumns {
@@ -129,3 +137,5 @@ mod first_tests;
 mod long_lines;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod written_tests;

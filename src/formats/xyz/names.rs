@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::text;
+use crate::geometry::LengthUnit;
 
 /// What may stand beside the letter of an axis: units, and words for a place.
 const BESIDE: &[&str] = &[
@@ -36,8 +37,10 @@ const BESIDE: &[&str] = &[
 /// What programs call points whose coordinates they number.
 const NUMBERED: &[&str] = &["point", "points", "coordinate", "coordinates", "pos", "position"];
 
-const EAST: &[&str] = &["e", "east", "easting", "rechts", "rechtswert"];
-const NORTH: &[&str] = &["n", "north", "northing", "hoch", "hochwert"];
+const EAST: &[&str] =
+    &["e", "east", "easting", "eastings", "rechts", "rechtswert", "ostwert", "est", "este"];
+const NORTH: &[&str] =
+    &["n", "north", "northing", "northings", "hoch", "hochwert", "nordwert", "nord", "norte"];
 const UP: &[&str] = &[
     "z",
     "h",
@@ -49,6 +52,9 @@ const UP: &[&str] = &[
     "alt",
     "altitude",
     "level",
+    "rl",
+    "cota",
+    "quota",
     "hoehe",
     "höhe",
 ];
@@ -88,6 +94,20 @@ pub(super) fn coordinates(fields: &[&[u8]]) -> Result<Option<[usize; 3]>, Ambigu
         }
     }
     Ok(None)
+}
+
+/// The unit that stands in or behind a name, as in `x [mm]`, `y_m`, `Easting (ft)`; alone too.
+pub(super) fn unit(name: &[u8]) -> Option<LengthUnit> {
+    let name = String::from_utf8_lossy(text::unquoted(name)).to_lowercase();
+    let bracketed = name.split_once(['[', '(']).map(|(_, behind)| behind);
+    match bracketed {
+        Some(behind) => LengthUnit::from_word(behind.trim_end_matches([']', ')', '"']).trim()),
+        None => {
+            let words = words(name.as_bytes());
+            let whole = LengthUnit::from_word(name.trim());
+            whole.or_else(|| LengthUnit::from_word(words.last()?))
+        }
+    }
 }
 
 /// The words of a name in lower case: its unit in brackets is left out, anything else parts words.
@@ -169,6 +189,24 @@ mod tests {
             ("pos_x,pos_y,pos_z", [0, 1, 2]),
         ] {
             assert_eq!(found(line), Ok(Some(columns)), "{line}");
+        }
+    }
+
+    #[test]
+    fn units_stand_in_names_or_alone() {
+        for (name, unit) in [
+            ("x [mm]", Some(LengthUnit::Mm)),
+            ("Easting (m)", Some(LengthUnit::M)),
+            ("\"Z (US survey foot)\"", Some(LengthUnit::UsFt)),
+            ("y_cm", Some(LengthUnit::Cm)),
+            ("[µm]", Some(LengthUnit::Um)),
+            ("(Meter)", Some(LengthUnit::M)),
+            ("mm", Some(LengthUnit::Mm)),
+            ("x", None),
+            ("x [px]", None),
+            ("Points:0", None),
+        ] {
+            assert_eq!(super::unit(name.as_bytes()), unit, "{name}");
         }
     }
 

@@ -1,19 +1,19 @@
 use super::*;
-use crate::formats::Limits;
+use crate::formats::{Columns, Limits};
 
-const TWO: [[f64; 3]; 2] = [[1.0, 2.0, 3.0], [-4.5, 0.5, 6.0]];
+pub(super) const TWO: [[f64; 3]; 2] = [[1.0, 2.0, 3.0], [-4.5, 0.5, 6.0]];
 
-fn told(text: &str, columns: Option<[u64; 3]>) -> Result<PointCloud, FormatError> {
+pub(super) fn told(text: &str, columns: Option<[u64; 3]>) -> Result<PointCloud, FormatError> {
     let columns = columns.map(|columns| Columns::new(columns).unwrap());
-    read(text.as_bytes(), columns, &Limits::default())
+    read(text.as_bytes(), &Hints { columns, ..Hints::default() }, &Limits::default())
 }
 
-fn points(text: &str) -> Vec<[f64; 3]> {
+pub(super) fn points(text: &str) -> Vec<[f64; 3]> {
     let cloud = told(text, None).unwrap_or_else(|error| panic!("{text:?}: {error}"));
     cloud.points.iter().map(|&p| p.into()).collect()
 }
 
-fn error(text: &str) -> FormatError {
+pub(super) fn error(text: &str) -> FormatError {
     told(text, None).expect_err(text)
 }
 
@@ -52,9 +52,17 @@ fn a_comma_is_a_decimal_point_where_it_does_not_part_numbers() {
         assert!(matches!(error(text), FormatError::Header { line: 1, .. }), "{text}");
     }
     // thousands, or a comma that parts as blanks do: no guess is made
-    for text in ["1,234.5 2,345.5 7.5\n", "1.5,2.5 3.5\n", "1,234.5;2;3\n", "1'234.5 2 3\n"] {
+    for text in [
+        "1,234.5 2,345.5 7.5\n",
+        "1.5,2.5 3.5\n",
+        "1,234.5;2;3\n",
+        "1'234.5 2 3\n",
+        "1.234,5;2.345,5;7,5\n",
+        "1\u{a0}234,5;2\u{a0}345,5;7,5\n",
+        "1.5\u{a0}2.5\u{a0}3.5\n",
+    ] {
         let told = error(&text.repeat(9));
-        assert!(matches!(told, FormatError::BadNumber { line: 1, .. }), "{text}: {told}");
+        assert!(matches!(told, FormatError::OddNumber { line: 1, .. }), "{text}: {told}");
     }
 }
 
@@ -214,6 +222,8 @@ fn blocks_follow_each_other_each_behind_its_count() {
 #[test]
 fn missing_and_infinite_values_are_skipped_points() {
     let text = ",,\n1,2,3\n1,,3\nnan,0,0\n0,1e999,0\n4,5,6";
+    let errors = "#N/A,#N/A,#N/A\n1,2,3\n#NV,2,3\n-nan(ind),0,#DIV/0!\n0,NaN(123),0\n4,5,6";
+    assert_eq!(told(errors, None).unwrap().input_index, Some(vec![1, 5]));
     let cloud = told(text, None).unwrap();
     assert_eq!((cloud.input_len, cloud.skipped()), (6, 4));
     assert_eq!(cloud.input_index, Some(vec![1, 5]));
@@ -237,7 +247,8 @@ fn errors_name_the_line() {
         error("x y z\n\n4 5"),
         FormatError::TooFewColumns { format, line, found: 2, needed: 3 }
     );
-    let limited = |max_points| read(b"1 2 3\n4 5 6\n7 8 9", None, &Limits { max_points });
+    let limited =
+        |max_points| read(b"1 2 3\n4 5 6\n7 8 9", &Hints::default(), &Limits { max_points });
     assert_eq!(limited(2), Err(FormatError::TooManyPoints { points: 3, limit: 2 }));
     assert!(limited(3).is_ok());
 }

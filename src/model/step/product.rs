@@ -2,13 +2,14 @@
 
 use std::fmt::Write;
 
-use crate::geometry::Surface;
+use crate::geometry::{LengthUnit, Surface};
 use crate::model::brep::build::Model;
 use crate::segment::Region;
 
 use super::file::{Entities, Id, list, real, string};
+use super::unit::{length_unit, said};
 
-/// Distances up to this are nought to a reader, in millimetres: edges where surfaces run smoothly into each other leave either by
+/// Distances up to this, in the file's unit, are nought to a reader: edges where surfaces run smoothly into each other leave either by
 /// the error of their fit.
 const UNCERTAINTY: &str = "1.E-5";
 
@@ -79,10 +80,11 @@ pub fn file(
     mut bodies: Written,
     model: &Model,
     regions: &[Region],
+    unit: Option<LengthUnit>,
     version: &str,
     color: impl Fn(i32) -> [u8; 3],
 ) -> String {
-    let context = context(&mut bodies.out);
+    let context = context(&mut bodies.out, unit.unwrap_or(LengthUnit::Mm));
     let items = std::mem::take(&mut bodies.items);
     for (shell, item) in &items {
         let (name, description) = (name(model, regions, *shell), description(model, *shell));
@@ -108,9 +110,10 @@ pub fn file(
     }
     let solids = items.iter().filter(|(s, _)| model.shells[*s].closed).count();
     let summary = format!(
-        "{} regions: {solids} closed solids, {} open shells; lengths in millimetres",
+        "{} regions: {solids} closed solids, {} open shells; {}",
         regions.len(),
-        items.len() - solids
+        items.len() - solids,
+        said(unit)
     );
     let missing: Vec<String> = regions
         .iter()
@@ -139,7 +142,7 @@ struct Context {
     definition: Id,
 }
 
-fn context(out: &mut Entities) -> Context {
+fn context(out: &mut Entities, unit: LengthUnit) -> Context {
     let application = out.add("APPLICATION_CONTEXT('managed model based 3d engineering')");
     out.add(&format!(
         "APPLICATION_PROTOCOL_DEFINITION('international standard','ap242_managed_model_based_3d_engineering',2020,\
@@ -148,7 +151,7 @@ fn context(out: &mut Entities) -> Context {
     let product = out.add(&format!("PRODUCT_CONTEXT('',{application},'mechanical')"));
     let definition =
         out.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')"));
-    let length = out.add("(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.))");
+    let length = length_unit(out, unit);
     let angle = out.add("(NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.))");
     let solid = out.add("(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT())");
     let uncertainty = out.add(&format!(

@@ -6,7 +6,7 @@ use crate::fit::constant::constants;
 use crate::geometry::Vec3;
 use crate::segment::median::median;
 use crate::segment::prepare::place::place;
-use crate::segment::prepare::steps::steps;
+use crate::segment::prepare::steps::{coarser, steps};
 
 constants! {
     /// Sites looked at.
@@ -44,8 +44,8 @@ pub struct Sampled {
     pub steps: [f64; 3],
 }
 
-/// The sampling of points in Morton order.
-pub fn sampled(points: &[Vec3]) -> Sampled {
+/// The sampling of points in Morton order, whose coordinates are known to come in steps of `known` at least.
+pub fn sampled(points: &[Vec3], known: &[f64; 3]) -> Sampled {
     let sites = points.len().min(SITES.get());
     let all: Vec<Around> = (0..sites)
         .into_par_iter()
@@ -56,7 +56,7 @@ pub fn sampled(points: &[Vec3]) -> Sampled {
     };
     let (along, across) = (middle(|a| Some(a.along)), middle(|a| a.across));
     let turned = median(&mut all.iter().map(|a| a.turned).collect::<Vec<_>>());
-    let steps = steps(points);
+    let steps = coarser(&steps(points), known);
     let pattern = if along > 0.0 && steps.iter().all(|s| *s >= COARSE.get() * along) {
         Pattern::Lattice
     } else if across >= LINES.get() * along {
@@ -114,7 +114,7 @@ mod tests {
             u * (column + loose * random.normal()) + v * (apart * row)
         };
         let points: Vec<Vec3> = (0..5000).map(&mut at).collect();
-        sampled(&ordered(&points))
+        sampled(&ordered(&points), &[0.0; 3])
     }
 
     #[test]
@@ -129,7 +129,7 @@ mod tests {
         let mut random = Random::new(3);
         let mut at = || Vec3::new(random.uniform(0.0, 70.0), random.uniform(0.0, 70.0), 0.0);
         let even: Vec<Vec3> = (0..5000).map(|_| at()).collect();
-        assert_eq!(sampled(&ordered(&even)).pattern, Pattern::Scattered);
+        assert_eq!(sampled(&ordered(&even), &[0.0; 3]).pattern, Pattern::Scattered);
     }
 
     #[test]
@@ -137,8 +137,8 @@ mod tests {
         let points: Vec<Vec3> = (0..4000)
             .map(|k| Vec3::new((k % 60) as f64, (k / 60) as f64, ((k % 60) / 3) as f64))
             .collect();
-        let found = sampled(&ordered(&points));
+        let found = sampled(&ordered(&points), &[0.0; 3]);
         assert_eq!((found.pattern, found.steps), (Pattern::Lattice, [1.0; 3]));
-        assert_eq!(sampled(&[]).along, 0.0);
+        assert_eq!(sampled(&[], &[0.0; 3]).along, 0.0);
     }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::fit::constant::constants;
-use crate::geometry::Vec3;
+use crate::geometry::{PointCloud, Vec3};
 
 constants! {
     /// Points whose coordinates are compared.
@@ -24,6 +24,28 @@ pub fn steps(points: &[Vec3]) -> [f64; 3] {
         let gaps = values.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > ROUNDING.get() * size);
         common_divisor(gaps, ROUNDING.get() * size, LEAST.get() * size)
     })
+}
+
+/// The step that the numbers of a cloud came in, in each coordinate, as far as it is known without comparing them: that of
+/// single precision at the largest, where all are such numbers, and that of the file before a pose was applied.
+pub fn resolution(cloud: &PointCloud) -> [f64; 3] {
+    std::array::from_fn(|k| single_precision(&cloud.points, k).max(cloud.resolution))
+}
+
+/// The step of single precision at the largest number of coordinate `k`; nought where one of them is none.
+fn single_precision(points: &[Vec3], k: usize) -> f64 {
+    let is_single = |p: &Vec3| f64::from(p[k] as f32) == p[k];
+    if !points.par_iter().with_min_len(4096).all(is_single) {
+        return 0.0;
+    }
+    let largest = points.par_iter().with_min_len(4096).map(|p| p[k].abs() as f32);
+    let largest = largest.reduce(|| 0.0, f32::max);
+    if largest == 0.0 { 0.0 } else { f64::from(largest.next_up() - largest) }
+}
+
+/// The larger one of two steps in each coordinate.
+pub fn coarser(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| a[k].max(b[k]))
 }
 
 /// The largest length of which all gaps are multiples but for `rounding`; nought where it is below `least`.
@@ -79,6 +101,23 @@ mod tests {
         assert!(near(x, 0.25) && near(z, 0.25), "{x} {z}");
         assert_eq!(of(cloud(&|x| x)), [0.0; 3]);
         assert_eq!(steps(&[]), [0.0; 3]);
+    }
+
+    #[test]
+    fn single_precision_has_the_step_of_its_largest_number() {
+        let mut random = Random::new(2);
+        // from 2^21 to 2^22 single numbers are 0.25 apart, from 64 to 128 they are 2^-17
+        let mut at = |low: f64, high: f64| f64::from(random.uniform(low, high) as f32);
+        let mut points: Vec<Vec3> =
+            (0..500).map(|_| Vec3::new(at(3.9e6, 4.1e6), at(-100.0, 40.0), 0.0)).collect();
+        points[7].y = -100.0;
+        let of = |points: &[Vec3]| resolution(&PointCloud::from_points(points.to_vec()));
+        assert_eq!(of(&points), [0.25, 2_f64.powi(-17), 0.0]);
+        let file = PointCloud { resolution: 0.01, ..PointCloud::from_points(points.clone()) };
+        assert_eq!(resolution(&file), [0.25, 0.01, 0.01]);
+        points[3].x += 0.1;
+        assert_eq!(of(&points)[0], 0.0);
+        assert_eq!(of(&[]), [0.0; 3]);
     }
 
     #[test]

@@ -47,7 +47,8 @@ pub fn warnings(sampled: &Sampled, noise: f64) -> Vec<Warning> {
         warn(
             "coordinate_steps",
             format!(
-                "coordinates come in steps of {x:.3e}, {y:.3e}, {z:.3e}, as coarse as the noise {noise:.3e}"
+                "coordinates come in steps of {x:.3e}, {y:.3e}, {z:.3e}, as coarse as the noise {noise:.3e}: write them \
+                 with more digits (double precision, or near the origin)"
             ),
         );
     }

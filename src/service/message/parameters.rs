@@ -1,7 +1,7 @@
-use super::{count, v1};
+use super::{count, hint::hints_text, v1};
 use crate::{
     formats::Format,
-    geometry::SurfaceType,
+    geometry::{LengthUnit, SurfaceType},
     segment::{Method, Parameters},
     service::{ErrorKind, Request, ServiceError},
 };
@@ -10,6 +10,14 @@ impl From<SurfaceType> for v1::SurfaceType {
     fn from(surface_type: SurfaceType) -> Self {
         let name = format!("SURFACE_TYPE_{}", surface_type.name().to_ascii_uppercase());
         // a test shows that every type has its name in the contract
+        Self::from_str_name(&name).unwrap_or_default()
+    }
+}
+
+impl From<LengthUnit> for v1::LengthUnit {
+    fn from(unit: LengthUnit) -> Self {
+        let name = format!("LENGTH_UNIT_{}", unit.name().to_ascii_uppercase());
+        // a test shows that every unit has its name in the contract
         Self::from_str_name(&name).unwrap_or_default()
     }
 }
@@ -54,6 +62,7 @@ impl From<&Parameters> for v1::Parameters {
             refine: Some(p.refine),
             rcond_threshold: Some(p.rcond_threshold),
             algebraic_threshold: Some(p.algebraic_threshold),
+            hints: p.hints.iter().map(Into::into).collect(),
         }
     }
 }
@@ -68,9 +77,8 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
         request.set("labels", "none")?;
     }
     let format = v1::Format::try_from(message.format);
-    let format = format.map_err(|_| {
-        super::super::request::unknown_format(&format!("number {}", message.format))
-    })?;
+    let format = format
+        .map_err(|_| crate::service::unknown_format(&format!("number {}", message.format)))?;
     request.set_format(format_from_message(format));
     if message.snap {
         request.set("snap", "true")?;
@@ -82,6 +90,14 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
         let columns = message.columns.iter().map(u32::to_string).collect::<Vec<_>>();
         request.set("columns", &columns.join(","))?;
     }
+    if let Some(lines) = message.skip_lines {
+        request.set("skip_lines", &lines.to_string())?;
+    }
+    match v1::LengthUnit::try_from(message.unit) {
+        Ok(v1::LengthUnit::Unspecified) => {}
+        Ok(unit) => request.set("unit", &word(unit.as_str_name(), "LENGTH_UNIT_"))?,
+        Err(_) => return Err(unknown_number("unit", message.unit)),
+    }
     request.set_mesh_message(message)?;
     if let Some(name) = &message.name {
         request.set("name", name)?;
@@ -91,6 +107,9 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
     }
     if let Some(parameters) = &message.parameters {
         request.set_enums(parameters)?;
+        if !parameters.hints.is_empty() {
+            request.set("hints", &hints_text(&parameters.hints)?)?;
+        }
     }
     Ok(request)
 }
@@ -184,6 +203,15 @@ mod tests {
         }
         for format in Format::ALL {
             assert_eq!(format_from_message(format_to_message(format.name())), Some(format));
+        }
+        for unit in LengthUnit::ALL {
+            let message = v1::SegmentRequest {
+                unit: v1::LengthUnit::from(unit).into(),
+                skip_lines: Some(7),
+                ..v1::SegmentRequest::default()
+            };
+            let request = request_from_message(&message).unwrap();
+            assert_eq!((request.unit, request.skip_lines), (Some(unit), 7));
         }
     }
 

@@ -20,6 +20,7 @@ impl From<Document> for v1::Segmentation {
             relation_scatter: document.relation_scatter,
             measures: document.measures.iter().map(Into::into).collect(),
             snapping: document.snapping.map(Into::into),
+            hints: document.hints.into_iter().map(Into::into).collect(),
             counters: Some((&document.counters).into()),
             timing: Some(document.timing.into()),
         }
@@ -28,12 +29,15 @@ impl From<Document> for v1::Segmentation {
 
 impl From<&Input> for v1::Input {
     fn from(input: &Input) -> Self {
+        let [x, y, z] = input.resolution;
         Self {
             points: count(input.points),
             sha256: input.sha256.clone(),
             format: format_to_message(&input.format).into(),
             skipped: count(input.skipped),
             mesh: input.mesh.as_ref().map(Into::into),
+            unit: input.unit.map_or(v1::LengthUnit::Unspecified, v1::LengthUnit::from).into(),
+            resolution: Some(v1::Vector { x, y, z }),
         }
     }
 }

@@ -27,12 +27,12 @@ pub fn answer(bytes: &[u8], format: Option<Format>) {
     HOOK.call_once(|| std::panic::set_hook(Box::new(|_| {})));
     let mut bytes = bytes.to_vec();
     repair_e57(&mut bytes);
-    let columns = match format {
-        Some(Format::Xyz) => vec![None, Columns::new([2, 3, 4])],
-        _ => vec![None],
+    let parameters = match format {
+        Some(Format::Xyz) => vec![(None, 0), (Columns::new([2, 3, 4]), 0), (None, 1)],
+        _ => vec![(None, 0)],
     };
-    for columns in columns {
-        let hints = Hints { format, columns };
+    for (columns, skip_lines) in parameters {
+        let hints = Hints { format, columns, skip_lines };
         let announced = announced_points(&bytes, hints);
         if let Ok(cloud) = read(&bytes, hints, &Limits { max_points: 200_000 }) {
             assert!(cloud.input_len as u64 <= announced, "{} points", cloud.input_len);

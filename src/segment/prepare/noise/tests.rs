@@ -12,7 +12,7 @@ fn on_ball(x: f64, y: f64) -> Vec3 {
 fn ratio(points: Vec<Vec3>, truth: f64) -> f64 {
     let turn = nalgebra::Rotation3::from_euler_angles(0.3, 0.5, 0.9);
     let points: Vec<Vec3> = points.into_iter().map(|p| turn * p).collect();
-    estimate(&ordered(&points), &Silent).sigma / truth
+    estimate(&ordered(&points), &[0.0; 3], &Silent).sigma / truth
 }
 
 /// A cap of the ball with white noise along its normals.
@@ -79,7 +79,7 @@ fn noise_is_never_below_the_steps_of_the_coordinates() {
     let points: Vec<Vec3> = (0..10_000)
         .map(|k| Vec3::new((k % 100) as f64, (k / 100) as f64, ((k % 100) / 2) as f64))
         .collect();
-    let sigma = estimate(&ordered(&points), &Silent).sigma;
+    let sigma = estimate(&ordered(&points), &[0.0; 3], &Silent).sigma;
     assert!((0.2..0.4).contains(&sigma), "{sigma}");
 }
 
@@ -116,18 +116,18 @@ fn a_filled_volume_is_told_from_a_thick_sheet() {
     let mut random = Random::new(9);
     let mut unit = || random.uniform(0.0, 1.0);
     let filled: Vec<Vec3> = (0..8000).map(|_| Vec3::new(unit(), unit(), unit())).collect();
-    assert!(estimate(&ordered(&filled), &Silent).fills_volume);
-    assert!(!estimate(&ordered(&cap(50_000, 0.8)), &Silent).fills_volume);
+    assert!(estimate(&ordered(&filled), &[0.0; 3], &Silent).fills_volume);
+    assert!(!estimate(&ordered(&cap(50_000, 0.8)), &[0.0; 3], &Silent).fills_volume);
 }
 
 #[test]
 fn a_cloud_spans_two_directions_once_its_rows_are_as_sparse_as_wide_apart() {
     let points: Vec<Vec3> =
         (0..30_000).map(|k| Vec3::new((k % 1000) as f64 * 0.05, (k / 1000) as f64, 0.0)).collect();
-    let even = estimate(&ordered(&points), &Silent).even.unwrap();
+    let even = estimate(&ordered(&points), &[0.0; 3], &Silent).even.unwrap();
     // At a half to a whole of the rows' spacing.
     assert!((1_000..4_000).contains(&even.len()), "{}", even.len());
-    assert_eq!(estimate(&ordered(&cap(9_000, 0.01)), &Silent).even, None);
+    assert_eq!(estimate(&ordered(&cap(9_000, 0.01)), &[0.0; 3], &Silent).even, None);
 }
 
 #[test]
