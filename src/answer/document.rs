@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use crate::geometry::LengthUnit;
 use crate::model::relations::{Measure, Relation, Snapping};
-use crate::segment::{Counters, Parameters, Region, Sampling, Warning};
+use crate::segment::{Counters, HintOutcome, Parameters, Region, Sampling, Warning};
 
 /// The result of a segmentation, as it is told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -46,6 +46,9 @@ pub struct Document {
     /// What it took to make all accepted relations hold exactly; with `snap` alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub snapping: Option<Snapping>,
+    /// What became of each hint, in their order; absent where none was given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hints: Vec<HintOutcome>,
     /// How much work the method did.
     pub counters: Counters,
     /// How long the steps took: the one part that differs between two runs.
@@ -85,7 +88,8 @@ pub struct UnassignedPoints {
     /// type than those looked for, or outside the constraints, or with residuals beyond the noise given; with
     /// `rcond` all), `not_examined` (the work on the cloud came to its bound before), `over_max_regions` (of a
     /// region beyond the largest `max_regions`), `duplicate` (a further copy of a point that another reason
-    /// counts), `not_finite` (a coordinate is NaN or infinite). More may come. Above 50 000 points without
+    /// counts), `not_finite` (a coordinate is NaN or infinite), `outside`
+    /// (left out by the hints that crop). More may come. Above 50 000 points without
     /// a region the shares of the first three are estimated.
     pub reasons: BTreeMap<String, usize>,
 }

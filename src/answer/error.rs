@@ -143,6 +143,9 @@ impl From<SegmentError> for AnswerError {
             SegmentError::TooManyPoints(_) => {
                 Self::new(ErrorKind::TooManyPoints, error.to_string())
             }
+            SegmentError::CroppedToFew { .. } => {
+                Self::new(ErrorKind::TooFewPoints, error.to_string())
+            }
             SegmentError::TooFewPoints { .. } => Self::new(
                 ErrorKind::TooFewPoints,
                 format!("{error}: send more points, or lower min_points"),

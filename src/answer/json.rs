@@ -59,6 +59,7 @@ mod tests {
                 relation_scatter: 0.0,
                 measures: Vec::new(),
                 snapping: None,
+                hints: Vec::new(),
                 counters: Counters::default(),
                 timing: Timing::default(),
             };

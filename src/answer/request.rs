@@ -4,7 +4,7 @@ use super::{AnswerError, ErrorKind};
 use crate::{
     formats::{Columns, Format, Hints},
     geometry::LengthUnit,
-    segment::{PARAMETERS, ParameterKind, ParameterSpec, Parameters},
+    segment::{MAX_HINT_BYTES, PARAMETERS, ParameterKind, ParameterSpec, Parameters},
 };
 
 const FORMATS: &[&str] = &["ply", "xyz", "ptx", "pcd", "las", "e57", "stl", "obj"];
@@ -225,6 +225,7 @@ fn check_length(name: &str, text: &str) -> Result<(), AnswerError> {
     let most = match spec.kind {
         // the longest characters take four bytes
         ParameterKind::Text { max } => 4 * max,
+        ParameterKind::Hints { .. } => MAX_HINT_BYTES,
         _ if is_list(spec) => MAX_LIST_BYTES,
         _ => MAX_VALUE_BYTES,
     };
@@ -324,6 +325,12 @@ mod tests {
         let list = |length: usize| format!("0,0,{}", number(length - 4));
         assert!(set("axis_direction", &list(MAX_LIST_BYTES)).is_ok());
         let long = set("axis_direction", &list(MAX_LIST_BYTES + 1));
+        assert_eq!(long, Err(ErrorKind::InvalidParameter));
+        let hints = |length: usize| format!("{}[]", " ".repeat(length - 2));
+        let padded = |length: usize| format!("[{}]", " ".repeat(length - 2));
+        assert!(set("hints", &padded(MAX_HINT_BYTES)).is_ok());
+        assert!(set("hints", &hints(MAX_HINT_BYTES + 1)).is_ok());
+        let long = set("hints", &padded(MAX_HINT_BYTES + 1));
         assert_eq!(long, Err(ErrorKind::InvalidParameter));
         // numbers come from messages as Rust writes them
         for number in [f64::MIN_POSITIVE, 2.225_073_858_507_201e-308, 5e-324, -f64::MAX] {

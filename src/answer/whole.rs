@@ -112,6 +112,7 @@ fn document(
         relation_scatter,
         measures,
         snapping,
+        hints: found.hints,
         counters: found.counters,
         timing,
     }

@@ -84,9 +84,23 @@ fn flag(spec: &'static ParameterSpec) -> Arg {
     match spec.kind {
         _ if spec.name == "format" => arg.value_parser(formats()).ignore_case(true),
         ParameterKind::Choice(words) => arg.value_parser(PossibleValuesParser::new(words)),
+        ParameterKind::Hints { .. } => arg.value_name("FILE|JSON"),
         ParameterKind::Boolean => arg.num_args(0..=1).default_missing_value("true"),
         _ => arg,
     }
+}
+
+/// Hints as they are given: JSON as it stands, anything else is the name of the file that holds it.
+fn hints_of(value: &str) -> Result<String, clap::Error> {
+    if value.trim().is_empty() || value.trim_start().starts_with(['[', '{']) {
+        return Ok(value.to_owned());
+    }
+    fs::read_to_string(value).map_err(|e| {
+        let text = format!(
+            "--hints {value}: the file cannot be read: {e}; give JSON, or the name of a file that holds it\n"
+        );
+        clap::Error::raw(ErrorKind::ValueValidation, text)
+    })
 }
 
 /// The formats of clouds, each by any of its endings.
@@ -112,7 +126,11 @@ impl FromArgMatches for RequestArgs {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         for spec in specs() {
             if let Some(value) = matches.get_one::<String>(spec.name) {
-                let set = self.0.set(spec.name, value);
+                let text = match spec.kind {
+                    ParameterKind::Hints { .. } => hints_of(value)?,
+                    _ => value.clone(),
+                };
+                let set = self.0.set(spec.name, &text);
                 set.map_err(|e| clap::Error::raw(ErrorKind::ValueValidation, format!("{e}\n")))?;
             }
         }

@@ -1,7 +1,7 @@
 //! What a run found, for the terminal.
 
 use crate::{
-    segment::Region,
+    segment::{Outcome, Region},
     service::{
         Document,
         sheet::{self, Quantity, count, number},
@@ -24,6 +24,14 @@ pub fn table(document: &Document, name: &str) -> String {
     let more = document.regions.len() - shown.len();
     if more > 0 {
         text += &format!("… and {more} more\n");
+    }
+    for told in &document.hints {
+        let outcome = match told.outcome {
+            Outcome::Applied => "applied",
+            Outcome::Contradicted => "contradicted",
+            Outcome::NotFound => "not found",
+        };
+        text += &format!("hint {}: {outcome}: {}\n", told.hint, told.message);
     }
     for warning in &document.warnings {
         text += &format!("\nwarning: {}\n", warning.message);

@@ -6,7 +6,7 @@ use super::blocks::{Block, blocks};
 use super::columns::Columns;
 use super::correlation::{Correlation, kernel};
 use super::normal::Normal;
-use super::shape::Shape;
+use super::shape::{MAX_DOF, Shape};
 use crate::geometry::Vec3;
 
 /// Combinations of freedoms that the points tell worse than this share of the best count as known that
@@ -49,6 +49,33 @@ impl Spread {
             out += &inverse * self.together(&correlation) * &inverse;
         }
         out * (sigma * sigma)
+    }
+
+    /// [`covariance`](Self::covariance) of the degrees of freedom that are `free`, where the others are known: their rows
+    /// and columns are zero.
+    pub fn covariance_of(&self, free: &[bool; MAX_DOF], sigma: f64, share: f64) -> DMatrix<f64> {
+        let p = self.information.nrows();
+        let kept: Vec<usize> = (0..p).filter(|&a| free[a]).collect();
+        if kept.len() == p {
+            return self.covariance(sigma, share);
+        }
+        let q = kept.len();
+        let information = DMatrix::from_fn(q, q, |a, b| self.information[(kept[a], kept[b])]);
+        let of_kept = |block: &Block| {
+            let mut slope = [0.0; MAX_DOF];
+            kept.iter().enumerate().for_each(|(k, &a)| slope[k] = block.slope[a]);
+            Block { slope, ..*block }
+        };
+        let blocks = self.blocks.iter().map(of_kept).collect();
+        let mut all = DMatrix::zeros(p, p);
+        if q > 0 {
+            let part = Self { information, blocks, deviation: self.deviation };
+            let part = part.covariance(sigma, share);
+            for (a, b) in (0..q).flat_map(|a| (0..q).map(move |b| (a, b))) {
+                all[(kept[a], kept[b])] = part[(a, b)];
+            }
+        }
+        all
     }
 
     /// How many times more than independent residuals of deviation `sigma` would, the residuals shake the

@@ -77,10 +77,10 @@ pub fn squares(shape: &Shape, points: &Columns) -> f64 {
 
 /// Damping of the first steps: next to none. Shallow caps and short arcs say so much less about some combination of
 /// the degrees of freedom than about each that any more would hold it fast.
-const LEAST_DAMPING: f64 = 1e-12;
+pub(super) const LEAST_DAMPING: f64 = 1e-12;
 /// Damping once a step has failed, and beyond which no step will do.
-const FIRST_DAMPING: f64 = 1e-3;
-const MOST_DAMPING: f64 = 1e8;
+pub(super) const FIRST_DAMPING: f64 = 1e-3;
+pub(super) const MOST_DAMPING: f64 = 1e8;
 
 /// Cauchy's loss with this constant.
 fn cauchy(cut: f64) -> Loss {

@@ -12,6 +12,7 @@ mod eigen;
 #[cfg(test)]
 pub(crate) mod fits;
 pub(crate) mod general;
+pub(crate) mod held;
 mod kernels;
 pub mod least_squares;
 mod linearised;
@@ -32,6 +33,7 @@ mod taubin;
 pub use covariance::Spread;
 pub use direct::{direct_fit, direct_fit_through};
 pub use general::general_fit;
+pub use held::{Held, fit_held};
 pub use near_quadric::may_hold;
 pub use rcond::Condition;
 pub use ruler::Ruler;

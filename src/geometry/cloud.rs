@@ -29,6 +29,10 @@ pub struct PointCloud {
     pub resolution: f64,
     /// How many of the skipped points stood at exactly 0, 0, 0, where so many do that they are taken for holes.
     pub holes_at_origin: usize,
+    /// A number for each stored point, where the input has a column of such: those of an earlier result.
+    pub labels: Option<Vec<i32>>,
+    /// The outward normal at each stored point, of any length, where the input has them.
+    pub normals: Option<Vec<[f32; 3]>>,
 }
 
 impl PointCloud {
@@ -47,6 +51,34 @@ impl PointCloud {
     /// How many input points were left out because a coordinate was not finite.
     pub fn skipped(&self) -> usize {
         self.input_len - self.points.len()
+    }
+
+    /// The points that `keep` says, by themselves; input indices are those of the stored points here.
+    pub fn part(&self, keep: &[bool]) -> Self {
+        let index: Vec<u32> = (0..self.points.len() as u32).filter(|&i| keep[i as usize]).collect();
+        fn taken<T: Copy>(values: &[T], index: &[u32]) -> Vec<T> {
+            index.iter().map(|&i| values[i as usize]).collect()
+        }
+        Self {
+            points: taken(&self.points, &index),
+            input_len: self.points.len(),
+            grid: None,
+            labels: self.labels.as_ref().map(|all| taken(all, &index)),
+            normals: self.normals.as_ref().map(|all| taken(all, &index)),
+            input_index: Some(index),
+            unit: self.unit,
+            resolution: self.resolution,
+            holes_at_origin: 0,
+        }
+    }
+
+    /// The values of the stored points among those of all input points; none where these are not as many.
+    pub fn of_stored<T: Copy>(&self, all: Vec<T>) -> Option<Vec<T>> {
+        if all.len() != self.input_len {
+            return None;
+        }
+        let Some(index) = &self.input_index else { return Some(all) };
+        Some(index.iter().map(|&i| all[i as usize]).collect())
     }
 
     /// Spreads labels of the stored points over all input points; skipped ones get -1.
@@ -74,5 +106,16 @@ mod tests {
         ]);
         assert_eq!((cloud.points.len(), cloud.skipped()), (2, 2));
         assert_eq!(cloud.labels_in_input_order(vec![5, 6]), [5, -1, -1, 6]);
+    }
+
+    #[test]
+    fn a_part_has_what_its_points_have_and_gives_labels_back_to_all() {
+        let points = (0..4).map(|k| Vec3::new(f64::from(k), 0.0, 0.0)).collect();
+        let cloud =
+            PointCloud { labels: Some(vec![7, 8, 9, 10]), ..PointCloud::from_points(points) };
+        let part = cloud.part(&[false, true, false, true]);
+        assert_eq!(part.points, [cloud.points[1], cloud.points[3]]);
+        assert_eq!(part.labels, Some(vec![8, 10]));
+        assert_eq!(part.labels_in_input_order(vec![0, 1]), [-1, 0, -1, 1]);
     }
 }

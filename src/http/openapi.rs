@@ -15,7 +15,7 @@ use utoipa::{PartialSchema, ToSchema};
 
 use super::problem::{self, Problem};
 use crate::{
-    segment::{ParameterKind, ParameterSpec},
+    segment::{HINT_EXAMPLE, Hint, MAX_HINT_BYTES, ParameterKind, ParameterSpec},
     service::{ERRORS, ErrorKind, ErrorRow, Representation, is_list, specs},
 };
 
@@ -143,8 +143,19 @@ fn query_parameter(spec: &ParameterSpec) -> Parameter {
         .parameter_in(ParameterIn::Query)
         .required(Required::False)
         .description(Some(format!("{}.{unit}{list}", spec.help)))
-        .schema(Some(schema(spec)))
+        .schema(Some(query_schema(spec)))
         .build()
+}
+
+/// The schema of a parameter's value in a query: objects stand there as JSON text.
+fn query_schema(spec: &ParameterSpec) -> Schema {
+    match spec.kind {
+        ParameterKind::Hints { .. } => {
+            let text = ObjectBuilder::new().schema_type(Type::String);
+            text.max_length(Some(MAX_HINT_BYTES)).examples([json!(HINT_EXAMPLE)]).into()
+        }
+        _ => schema(spec),
+    }
 }
 
 /// A text without control characters.
@@ -184,6 +195,10 @@ fn schema(spec: &ParameterSpec) -> Schema {
             .min_items(Some(3))
             .max_items(Some(3))
             .unique_items(true)
+            .into(),
+        ParameterKind::Hints { max } => ArrayBuilder::new()
+            .items(Ref::from_schema_name(Hint::name()))
+            .max_items(Some(max))
             .into(),
         ParameterKind::Text { max } => {
             object(Type::String).max_length(Some(max)).pattern(Some(ONE_LINE)).into()

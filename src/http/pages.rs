@@ -10,13 +10,9 @@ use axum::{
     response::{Html, IntoResponse, Response},
 };
 
-/// What the viewer may use: files of this service alone, no text of its own as script or style.
-const VIEWER_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; \
+/// What a page may use: files of this service alone, no text of its own as script or style.
+const PAGE_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; \
     img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-/// What the reference may use: itself and this service.
-const DOCS_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
-    connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
@@ -26,23 +22,32 @@ macro_rules! files {
     };
 }
 
-/// The files of the viewer: name, media type, text.
+/// The files of the pages: name, media type, text.
 const FILES: &[(&str, &str, &str)] = files! {
     "app.js": SCRIPT,
     "camera.js": SCRIPT,
     "card.js": SCRIPT,
     "cloud.js": SCRIPT,
+    "docs.css": STYLE,
+    "docs.js": SCRIPT,
     "dom.js": SCRIPT,
+    "edit.js": SCRIPT,
     "example.js": SCRIPT,
+    "file.js": SCRIPT,
     "form.js": SCRIPT,
     "histogram.js": SCRIPT,
+    "key.js": SCRIPT,
+    "keys.js": SCRIPT,
     "list.js": SCRIPT,
     "overlay.js": SCRIPT,
     "palette.js": SCRIPT,
+    "relations.js": SCRIPT,
     "render.js": SCRIPT,
     "saves.js": SCRIPT,
     "service.js": SCRIPT,
+    "steps.js": SCRIPT,
     "surfaces.js": SCRIPT,
+    "telling.js": SCRIPT,
     "text.js": SCRIPT,
     "view.js": SCRIPT,
     "viewer.css": STYLE,
@@ -56,7 +61,7 @@ const FILES: &[(&str, &str, &str)] = files! {
     responses((status = 200, description = "The page", body = String, content_type = "text/html")),
 )]
 pub async fn docs() -> impl IntoResponse {
-    page(include_str!("pages/docs.html"), DOCS_POLICY)
+    page(include_str!("pages/docs.html"), PAGE_POLICY)
 }
 
 /// The viewer
@@ -67,10 +72,10 @@ pub async fn docs() -> impl IntoResponse {
     responses((status = 200, description = "The page", body = String, content_type = "text/html")),
 )]
 pub async fn viewer() -> impl IntoResponse {
-    page(include_str!("pages/viewer/viewer.html"), VIEWER_POLICY)
+    page(include_str!("pages/viewer/viewer.html"), PAGE_POLICY)
 }
 
-/// One of the viewer's files. They are no part of the contract.
+/// One of the pages' files. They are no part of the contract.
 pub async fn file(Path(name): Path<String>) -> Response {
     let Some((_, kind, text)) = FILES.iter().find(|(known, ..)| *known == name) else {
         return StatusCode::NOT_FOUND.into_response();

@@ -2,8 +2,8 @@
 
 use crate::fit::constant::{Adjustable, Table};
 use crate::segment::{
-    discover, family, finish, grow, judge, label, layers, moves, objective, prepare, rcond, report,
-    sample,
+    discover, family, finish, grow, hints, judge, label, layers, moves, objective, prepare, rcond,
+    report, sample,
 };
 
 /// Those of each file, in the order of the rooms.
@@ -26,6 +26,11 @@ static FILES: &[Table] = &[
     grow::seeded::CONSTANTS,
     grow::start::CONSTANTS,
     layers::CONSTANTS,
+    hints::extend::CONSTANTS,
+    hints::local::CONSTANTS,
+    hints::place::CONSTANTS,
+    hints::split::CONSTANTS,
+    hints::surface::CONSTANTS,
     label::changes::CONSTANTS,
     label::energy::CONSTANTS,
     label::shares::CONSTANTS,
@@ -83,6 +88,7 @@ static FILES: &[Table] = &[
     crate::fit::blocks::CONSTANTS,
     crate::fit::correlation::CONSTANTS,
     crate::fit::general::CONSTANTS,
+    crate::fit::held::CONSTANTS,
     crate::fit::least_squares::CONSTANTS,
     crate::fit::retraction::CONSTANTS,
 ];

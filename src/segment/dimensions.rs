@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// On which side of a curved face the material is.
+/// On which side of a curved face the material is: by the file's normals where it has some that agree (PLY nx, ny, nz, which
+/// point out of the material), else by the shape of what hangs together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {

@@ -3,6 +3,7 @@
 
 use crate::geometry::{PointCloud, Vec3};
 use crate::segment::found::Found;
+use crate::segment::hints::apply::apply;
 use crate::segment::layers::{self, Layer};
 use crate::segment::prepare::distinct::distinct_points;
 use crate::segment::prepare::noise;
@@ -20,19 +21,34 @@ pub fn segment(
     monitor: &dyn Monitor,
 ) -> Result<Segmentation, SegmentError> {
     let known = resolution(cloud);
-    let found = find(&cloud.points, &known, parameters, monitor)?;
+    let mut found = find(cloud, &known, parameters, monitor)?;
+    let drafts = if parameters.hints.is_empty() {
+        Vec::new()
+    } else {
+        let labels = cloud.labels.as_ref().map(|labels| of_distinct(labels, &found));
+        apply(&mut found, labels.as_deref(), parameters, monitor)?
+    };
     monitor.progress(Stage::Report, 0.95);
-    Ok(report::report(parameters, found, &known, monitor)?)
+    Ok(report::report(parameters, found, drafts, &known, monitor)?)
+}
+
+/// What the cloud's points have, of the distinct points: of copies the first one's.
+fn of_distinct<T: Copy + Default>(values: &[T], found: &Found) -> Vec<T> {
+    let mut out = vec![T::default(); found.points.len()];
+    for (value, &place) in values.iter().zip(&found.places).rev() {
+        out[place as usize] = *value;
+    }
+    out
 }
 
 fn find<'a>(
-    cloud: &[Vec3],
+    cloud: &PointCloud,
     known: &[f64; 3],
     parameters: &Parameters,
     monitor: &'a dyn Monitor,
 ) -> Result<Found<'a>, SegmentError> {
     monitor.progress(Stage::Prepare, 0.0);
-    let (points, centre, places) = distinct_points(cloud, monitor)?;
+    let (points, centre, places) = distinct_points(&cloud.points, monitor)?;
     let noise = noise::estimate(&points, known, monitor);
     monitor.check()?;
     let first = Layer::of(&points, &noise, parameters, monitor)?;
@@ -40,5 +56,24 @@ fn find<'a>(
     let noise = first.noise;
     let Layer { scene, shapes, labels, reaches, counters, .. } =
         layers::with_rougher(first, &points, parameters, monitor)?;
-    Ok(Found { points, centre, places, shapes, labels, noise, reaches, rounding, scene, counters })
+    let told = vec![None; shapes.len()];
+    let mut found = Found {
+        points,
+        centre,
+        places,
+        shapes,
+        labels,
+        noise,
+        reaches,
+        rounding,
+        scene,
+        told,
+        normals: None,
+        counters,
+    };
+    found.normals = cloud.normals.as_ref().map(|normals| {
+        let normals: Vec<Vec3> = normals.iter().map(|n| Vec3::from(n.map(f64::from))).collect();
+        of_distinct(&normals, &found)
+    });
+    Ok(found)
 }

@@ -1,6 +1,6 @@
 //! What the default method found.
 
-use crate::fit::Shape;
+use crate::fit::{Held, Shape};
 use crate::geometry::Vec3;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Counters, objective};
@@ -25,6 +25,10 @@ pub struct Found<'a> {
     pub rounding: f64,
     /// The points that surfaces were looked for on, taken evenly from `points`: see [`place`].
     pub scene: Scene<'a>,
+    /// Of each region that a person told of what is known of it beforehand; none of the others.
+    pub told: Vec<Option<Held>>,
+    /// The material's outward normal at each point, as the file has it; zero where it has none there.
+    pub normals: Option<Vec<Vec3>>,
     /// How much work it was.
     pub counters: Counters,
 }

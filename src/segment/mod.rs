@@ -11,6 +11,7 @@
 //!   `objective`;
 //! - `judge`: whether what was found is a surface at all;
 //! - `discover`: the passes that lead from points to a partition;
+//! - `hints`: what a person knows of places in the cloud;
 //! - `finish` and `report`: the last fits, and regions in the contract's terms with their uncertainty.
 
 mod constants;
@@ -19,12 +20,14 @@ mod dimensions;
 mod discover;
 mod distance;
 mod equation;
+mod extent;
 mod family;
 mod finish;
 #[cfg(test)]
 mod fixtures;
 mod found;
 mod grow;
+mod hints;
 mod judge;
 mod label;
 mod layers;
@@ -32,6 +35,7 @@ mod median;
 mod monitor;
 mod moves;
 pub mod objective;
+mod outcome;
 mod parameters;
 mod partition;
 mod pipeline;
@@ -46,14 +50,17 @@ mod union;
 pub use constants::constants;
 pub use deviation::{deviations, surface_normals};
 pub use dimensions::{Dimensions, Side};
+pub use extent::Extent;
 pub use monitor::{Cancelled, Monitor, Silent, Stage};
+pub use outcome::{HintOutcome, Outcome};
 pub use parameters::{
-    Method, PARAMETERS, ParameterError, ParameterKind, ParameterSpec, Parameters,
+    HINT_EXAMPLE, Hint, HintAction, MAX_HINT_BYTES, MAX_HINTS, Method, PARAMETERS, ParameterError,
+    ParameterKind, ParameterSpec, Parameters,
 };
 pub use pipeline::{LARGEST_COORDINATE, SMALLEST_EXTENT, SegmentError, segment};
 pub use prepare::steps::resolution;
 pub use rcond::grow::PoolError;
 pub use result::{
-    Continuity, Counters, Evidence, Extent, Fit, Neighbour, Region, Sampling, SamplingKind,
-    Segmentation, Snapped, Unassigned, Uncertainty, Warning,
+    Continuity, Counters, Evidence, Fit, Neighbour, Region, Sampling, SamplingKind, Segmentation,
+    Snapped, Unassigned, Uncertainty, Warning,
 };

@@ -1,6 +1,8 @@
 mod error;
 mod given;
+mod hint;
 mod kind;
+mod limits;
 mod method;
 mod table;
 
@@ -10,7 +12,9 @@ use crate::geometry::SurfaceType;
 use given::Given;
 
 pub use error::ParameterError;
+pub use hint::{EXAMPLE as HINT_EXAMPLE, Hint, HintAction};
 pub use kind::ParameterKind;
+pub use limits::{MAX_HINT_BYTES, MAX_HINTS};
 pub use method::Method;
 pub use table::{PARAMETERS, ParameterSpec};
 
@@ -57,6 +61,10 @@ pub struct Parameters {
     pub rcond_threshold: f64,
     /// `rcond` only: largest algebraic residual |x.a| (a10 = 1) of an extracted point.
     pub algebraic_threshold: f64,
+    /// What a person knows of places in the cloud. `rcond` takes those alone that crop.
+    #[serde(default)]
+    #[schema(max_items = 64)]
+    pub hints: Vec<Hint>,
 }
 
 impl Default for Parameters {
@@ -79,6 +87,7 @@ impl Default for Parameters {
             refine: true,
             rcond_threshold: 0.5e-19,
             algebraic_threshold: 5e-5,
+            hints: Vec::new(),
         }
     }
 }
@@ -113,9 +122,20 @@ impl Parameters {
             "refine" => self.refine = given.boolean()?,
             "rcond_threshold" => self.rcond_threshold = given.number()?,
             "algebraic_threshold" => self.algebraic_threshold = given.number()?,
+            "hints" => self.hints = hint::read(value)?,
             _ => return Err(ParameterError::Unknown(name.to_owned())),
         }
-        self.check_radii()
+        self.check_radii()?;
+        self.check_hints()
+    }
+
+    fn check_hints(&self) -> Result<(), ParameterError> {
+        let crops = |hint: &Hint| hint.action == HintAction::Crop;
+        if self.method == Method::Rcond && !self.hints.iter().all(crops) {
+            let detail = "method rcond takes those alone that crop: leave the others out, or use method distance";
+            return Err(ParameterError::Hints(detail.to_owned()));
+        }
+        Ok(())
     }
 
     fn check_radii(&self) -> Result<(), ParameterError> {

@@ -2,6 +2,7 @@ use rayon::prelude::*;
 
 use super::{Cancelled, Method, Monitor, Parameters, Segmentation, distance, rcond};
 use crate::geometry::{PointCloud, Vec3};
+use crate::segment::hints::crop;
 use crate::segment::rcond::grow::PoolError;
 
 /// Largest size of a coordinate. Products of up to six coordinates are summed over all points: with this
@@ -21,6 +22,17 @@ pub enum SegmentError {
     #[error("the cloud has {points} finite points; a region needs at least {needed}")]
     TooFewPoints {
         /// Finite points in the cloud.
+        points: usize,
+        /// The smallest number that can make a region.
+        needed: usize,
+    },
+    /// What the hints that crop leave is less than one region needs.
+    #[error(
+        "{points} of the cloud's points lie where the hints crop it; a region needs at least {needed}: \
+         crop it to more (labels are those of the file's column label, as the PLY file of a result has it)"
+    )]
+    CroppedToFew {
+        /// Points left.
         points: usize,
         /// The smallest number that can make a region.
         needed: usize,
@@ -56,6 +68,32 @@ pub fn segment(
     if n < parameters.min_points {
         return Err(SegmentError::TooFewPoints { points: n, needed: parameters.min_points });
     }
+    let Some(keep) = crop::kept(cloud, &parameters.hints) else {
+        return segment_all(cloud, parameters, monitor);
+    };
+    let part = cloud.part(&keep);
+    let (points, needed) = (part.points.len(), parameters.min_points);
+    if points < needed {
+        return Err(SegmentError::CroppedToFew { points, needed });
+    }
+    let mut found = segment_all(&part, parameters, monitor)?;
+    found.labels = part.labels_in_input_order(found.labels);
+    let outside = n - points;
+    found.unassigned.count += outside;
+    if outside > 0 {
+        found.unassigned.reasons.insert("outside", outside);
+    }
+    found.hints.extend(crop::outcomes(cloud, &parameters.hints));
+    found.hints.sort_by_key(|told| told.hint);
+    Ok(found)
+}
+
+/// Finds the surfaces in all of `cloud`.
+fn segment_all(
+    cloud: &PointCloud,
+    parameters: &Parameters,
+    monitor: &dyn Monitor,
+) -> Result<Segmentation, SegmentError> {
     check_extent(&cloud.points)?;
     // Hundreds of short steps are shared out: from outside the pool each would wait for a thread to wake.
     rayon::scope(|_| match parameters.method {

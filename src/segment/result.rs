@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dimensions, Parameters};
+use super::{Dimensions, Extent, HintOutcome, Parameters};
 use crate::geometry::{Scale, Surface, SurfaceType};
 
 /// What a segmentation found.
@@ -23,6 +23,8 @@ pub struct Segmentation {
     pub sampling: Option<Sampling>,
     /// What of the input limits the answer.
     pub warnings: Vec<Warning>,
+    /// What became of each hint, in their order.
+    pub hints: Vec<HintOutcome>,
 }
 
 /// How a cloud was sampled.
@@ -231,15 +233,6 @@ pub struct Evidence {
     pub runner_up: SurfaceType,
     /// How much larger its Bayesian information criterion is (natural units).
     pub delta_bic: f64,
-}
-
-/// Where a region lies.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-pub struct Extent {
-    /// Smallest coordinates of its points.
-    pub min: [f64; 3],
-    /// Largest coordinates of its points.
-    pub max: [f64; 3],
 }
 
 /// How two surfaces meet.

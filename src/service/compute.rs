@@ -3,7 +3,7 @@ use std::{sync::Arc, time::Instant};
 use super::{Answer, Request, ServiceError, Timing};
 use crate::{
     answer::sha256_unless,
-    formats::{self, Format, Hints, Limits, Watched},
+    formats::{self, Fields, Format, Hints, Limits, Watched},
     geometry::PointCloud,
     jobs::{Control, trace},
     segment::{Segmentation, segment},
@@ -37,6 +37,7 @@ pub fn compute(
         let cloud = trace::step("parse")
             .in_scope(|| formats::read(bytes, Hints { format, ..request.hints() }, &watched))
             .map_err(|e| told(named_otherwise(e.into(), request.format, bytes)))?;
+        let cloud = with_columns(cloud, bytes, format);
         let parse = begin.elapsed().as_secs_f64();
         let span = trace::step("segment");
         let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
@@ -53,6 +54,16 @@ pub fn compute(
     metrics::counter!("conicoid_points_total").increment(cloud.input_len as u64);
     let format = format.map(Format::name).unwrap_or_default();
     Ok(Answer::new(Arc::new(cloud), found, request, (sha256, format), timing))
+}
+
+/// The cloud with what its file says of each point beside where it is: its labels and normals.
+fn with_columns(mut cloud: PointCloud, bytes: &[u8], format: Option<Format>) -> PointCloud {
+    if format == Some(Format::Ply) && Fields::are_told(bytes) {
+        let fields = Fields::of(bytes);
+        cloud.labels = fields.labels().and_then(|all| cloud.of_stored(all));
+        cloud.normals = fields.normals().and_then(|all| cloud.of_stored(all));
+    }
+    cloud
 }
 
 /// An error of reading, which says so where the bytes look like another format than the one that was named.

@@ -49,6 +49,10 @@ const STRUCTURAL: &[(&str, &str)] = &[
     ("OWN", "a mark"),
     ("STEPS", "points of a sum that stands for an integral"),
     ("MARGIN", "room around a patch's points"),
+    ("MAX_HINTS", "a limit of requests"),
+    ("MAX_PLACES", "a limit of requests"),
+    ("MAX_HINT_BYTES", "a limit of requests"),
+    ("LARGEST_TOLD", "range of a value"),
 ];
 
 fn constants() -> impl Iterator<Item = &'static dyn Adjustable> {

@@ -165,3 +165,39 @@ fn a_ball_tells_how_much_of_it_was_seen() {
     assert!((d.share_seen.unwrap() - 0.5).abs() < 0.03, "{d:?}");
     assert!(off(&found.regions[0], "diameter", d.diameter, 50.0) < 3.0, "{d:?}");
 }
+
+/// A piece of a tube of radius 5 by itself, whose sides nothing but normals tell.
+fn tube(random: &mut Random) -> Vec<Vec3> {
+    let at = |random: &mut Random| {
+        let (turn, r) = (random.uniform(0.0, 2.0), 5.0 + 0.01 * random.normal());
+        Vec3::new(r * turn.cos(), r * turn.sin(), random.uniform(0.0, 10.0))
+    };
+    (0..3000).map(|_| at(random)).collect()
+}
+
+#[test]
+fn normals_of_the_file_tell_hole_and_boss_where_they_agree() {
+    let random = &mut Random::new(3);
+    let points = tube(random);
+    let side = |normal: &mut dyn FnMut(&Vec3) -> Vec3| {
+        let normals = points.iter().map(|p| normal(p).map(|x| x as f32).into()).collect();
+        let cloud =
+            PointCloud { normals: Some(normals), ..PointCloud::from_points(points.clone()) };
+        let found = segment(&cloud, &Parameters::default(), &Silent).unwrap();
+        assert_eq!(found.regions.len(), 1);
+        found.regions[0].dimensions.side
+    };
+    let out = |p: &Vec3| Vec3::new(p.x, p.y, 0.0);
+    assert_eq!(side(&mut |p| out(p)), Some(Side::Boss));
+    assert_eq!(side(&mut |p| -0.1 * out(p)), Some(Side::Hole));
+    // one in seven turned round is an error of whoever made them, one in two is no orientation
+    let mut k = 0;
+    let mut every = |n: usize, p: &Vec3| {
+        k += 1;
+        if k % n == 0 { -out(p) } else { out(p) }
+    };
+    assert_eq!(side(&mut |p| every(7, p)), Some(Side::Boss));
+    assert_eq!(side(&mut |p| every(2, p)), Some(Side::Unknown));
+    assert_eq!(side(&mut |_| Vec3::z()), Some(Side::Unknown));
+    assert_eq!(side(&mut |_| Vec3::zeros()), Some(Side::Unknown));
+}

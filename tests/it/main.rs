@@ -22,6 +22,7 @@ mod deploy;
 mod dimensions;
 mod example;
 mod files;
+mod hints;
 mod jobs;
 mod joints;
 mod parameters;

@@ -6,7 +6,7 @@ use crate::{
         Answer, Document,
         sheet::{count, number},
     },
-    segment::{Parameters, SamplingKind},
+    segment::{Outcome, Parameters, SamplingKind},
 };
 
 /// What was found, in a few numbers, and what limits it.
@@ -22,9 +22,23 @@ pub fn summary(document: &Document) -> Markup {
             div { dt { "Tolerance" } dd { (length(parameters.tolerance)) } }
             div { dt { "Points on no surface" } dd { (count(unassigned.count)) small { " (" (format!("{share:.1}")) " %)" } } }
         }
+        @for told in &document.hints {
+            p.warning[told.outcome != Outcome::Applied].hint {
+                strong { "Hint " (told.hint) ", " (outcome(told.outcome)) ". " } (told.message)
+            }
+        }
         @for warning in &document.warnings {
             p.warning { strong { "Note. " } (warning.message) }
         }
+    }
+}
+
+/// What became of a hint, in a word or two.
+fn outcome(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Applied => "applied",
+        Outcome::Contradicted => "contradicted by the points",
+        Outcome::NotFound => "without points",
     }
 }
 

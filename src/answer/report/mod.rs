@@ -5,6 +5,7 @@
 mod facts;
 mod histogram;
 mod regions;
+mod relations;
 
 use std::io;
 
@@ -51,6 +52,7 @@ pub fn report(answer: &Answer, picture: &[u8]) -> String {
                 }
                 (facts::summary(document))
                 (regions::table(document))
+                (relations::tables(document))
                 (regions::deviations(document, &histograms))
                 (facts::parameters(document))
                 (facts::origin(answer))

@@ -2,6 +2,7 @@
 //! people. Lengths are in the input's unit, angles in degrees.
 
 mod digits;
+mod relations;
 
 use serde_json::Value;
 
@@ -11,6 +12,7 @@ use crate::{
 };
 
 pub use digits::{count, exact, number};
+pub use relations::{in_common, measure, off, related, relation_name};
 
 /// One quantity of a region.
 #[derive(Clone, Debug, PartialEq, Eq)]

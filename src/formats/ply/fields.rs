@@ -6,7 +6,7 @@ use super::super::{
     text::Words,
 };
 use super::ascii;
-use super::header::{Encoding, Header, Kind};
+use super::header::{Encoding, Header, Kind, parse_scalar};
 
 /// The columns of a PLY file's vertices beside x, y and z: normals, colours, intensity and whatever it has.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +23,16 @@ impl Fields {
     /// Those of a PLY file; none of anything else, and none where a vertex holds lists.
     pub fn of(bytes: &[u8]) -> Self {
         Self::read(bytes).unwrap_or_default()
+    }
+
+    /// Whether a PLY file's header names labels or normals: only then are its columns worth reading for them.
+    pub fn are_told(bytes: &[u8]) -> bool {
+        let names = |header: &Header| {
+            let vertex = header.vertex().ok()?;
+            let properties = &header.elements[vertex.element].properties;
+            Some(properties.iter().any(|p| [&b"label"[..], b"nx"].contains(&p.name)))
+        };
+        Header::parse(bytes).ok().and_then(|header| names(&header)).unwrap_or(false)
     }
 
     fn read(bytes: &[u8]) -> Option<Self> {
@@ -72,6 +82,37 @@ impl Fields {
             }
         }
         Some(fields)
+    }
+
+    /// The column `label` of whole numbers, as results have it; none where there is no such column.
+    pub fn labels(&self) -> Option<Vec<i32>> {
+        let (at, scalar) = self.column("label")?;
+        if matches!(scalar.ply_name(), "float" | "double") {
+            return None;
+        }
+        // an unsigned number beyond the range is no label of a result
+        Some(self.values(at, scalar).map(|v| v as i32).collect())
+    }
+
+    /// The columns nx, ny and nz; none where one is missing.
+    pub fn normals(&self) -> Option<Vec<[f32; 3]>> {
+        let [x, y, z] = ["nx", "ny", "nz"].map(|name| self.column(name));
+        let values = |(at, scalar)| self.values(at, scalar).map(|v| v as f32);
+        let (x, y, z) = (values(x?), values(y?), values(z?));
+        Some(x.zip(y).zip(z).map(|((x, y), z)| [x, y, z]).collect())
+    }
+
+    /// Where a column stands in a record, and its type.
+    fn column(&self, name: &str) -> Option<(usize, Scalar)> {
+        let place = self.columns.iter().position(|c| c.0 == name)?;
+        let scalar = |k: usize| parse_scalar(self.columns[k].1.as_bytes());
+        let before = (0..place).map(|k| Some(scalar(k)?.size())).sum::<Option<usize>>()?;
+        Some((before, scalar(place)?))
+    }
+
+    fn values(&self, at: usize, scalar: Scalar) -> impl Iterator<Item = f64> + '_ {
+        let records = self.records.chunks_exact(self.stride.max(1));
+        records.map(move |r| scalar.read(Endian::Little, &r[at..]).unwrap_or(f64::NAN))
     }
 
     /// Takes over the kept columns of a binary record.
@@ -126,6 +167,22 @@ mod tests {
             assert_eq!(names, [("nx", "float"), ("red", "uchar"), ("intensity", "ushort")]);
             assert_eq!((fields.stride, &fields.records), (7, &expected));
         }
+    }
+
+    #[test]
+    fn labels_and_normals_are_columns_of_their_names() {
+        let text = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
+            property float z\nproperty uchar red\nproperty float nx\nproperty double ny\nproperty float nz\n\
+            property int label\nend_header\n0 0 0 9 0 0.5 1 -1\n1 1 1 9 1 0 0 7\n";
+        let fields = Fields::of(text.as_bytes());
+        assert!(Fields::are_told(text.as_bytes()) && !Fields::are_told(b"1 2 3\n"));
+        assert_eq!(fields.labels(), Some(vec![-1, 7]));
+        assert_eq!(fields.normals(), Some(vec![[0.0, 0.5, 1.0], [1.0, 0.0, 0.0]]));
+        let other =
+            Fields::of(text.replace("int label", "float label").replace("nz", "n").as_bytes());
+        assert_eq!((other.labels(), other.normals()), (None, None));
+        assert!(!Fields::are_told(text.replace("label", "class").replace("nx", "n").as_bytes()));
+        assert_eq!((Fields::default().labels(), Fields::default().normals()), (None, None));
     }
 
     #[test]

@@ -219,7 +219,7 @@ fn parse_property<'a>(
     Ok(Property { name, kind })
 }
 
-fn parse_scalar(word: &[u8]) -> Option<Scalar> {
+pub(super) fn parse_scalar(word: &[u8]) -> Option<Scalar> {
     Some(match word {
         b"char" | b"int8" => Scalar::I8,
         b"uchar" | b"uint8" => Scalar::U8,

@@ -16,6 +16,9 @@ pub enum ParameterError {
         /// What it takes, with its range.
         expected: String,
     },
+    /// The hints cannot be read, or say what cannot be.
+    #[error("parameter 'hints': {0}")]
+    Hints(String),
     /// No radius is in the range.
     #[error("parameter 'min_radius': {min} is above 'max_radius': {max}")]
     EmptyRange {

@@ -28,6 +28,11 @@ pub enum ParameterKind {
         /// Largest number.
         max: u64,
     },
+    /// A JSON list of objects.
+    Hints {
+        /// Most of them.
+        max: usize,
+    },
     /// A text of one line, without control characters.
     Text {
         /// Most characters.
@@ -48,6 +53,7 @@ impl std::fmt::Display for ParameterKind {
             Self::Boolean => write!(f, "true or false"),
             Self::Direction => write!(f, "three numbers x,y,z, not all zero"),
             Self::Columns { max } => write!(f, "three different whole numbers from 1 to {max}"),
+            Self::Hints { max } => write!(f, "a JSON list of at most {max} hints"),
             Self::Text { max } => write!(f, "one line of at most {max} characters"),
         }
     }

@@ -1,4 +1,5 @@
 use super::kind::ParameterKind;
+use super::limits::MAX_HINTS;
 
 /// One row of the parameter table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,5 +154,12 @@ pub const PARAMETERS: &[ParameterSpec] = &[
         unit: None,
         default: Some("5e-5"),
         help: "rcond only: largest algebraic residual, with a10 = 1, of an extracted point",
+    },
+    ParameterSpec {
+        name: "hints",
+        kind: ParameterKind::Hints { max: MAX_HINTS },
+        unit: None,
+        default: None,
+        help: "What you know of places in the cloud: a JSON list of objects, each with a place (at, extent or labels) and a type, radius or axis_direction there, or an action (merge, split, crop), such as [{\"at\": [[1, 2, 3]], \"type\": \"cylinder\", \"radius\": 10}]. What became of each stands in the answer's hints",
     },
 ];

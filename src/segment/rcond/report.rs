@@ -33,6 +33,7 @@ pub fn report(
         counters: found.counters,
         sampling: None,
         warnings: Vec::new(),
+        hints: Vec::new(),
     }
 }
 

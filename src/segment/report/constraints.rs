@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::fit::constant::constants;
 use crate::fit::least_squares::{Options, fit};
-use crate::fit::{Ruler, Shape};
+use crate::fit::{Held, Ruler, Shape, fit_held};
 use crate::geometry::Vec3;
 use crate::segment::objective::ACCEPT;
 use crate::segment::report::allowed::may_be_reported;
@@ -27,6 +27,10 @@ pub struct Candidate {
     pub rejected: usize,
     /// Largest distance of a point from it.
     pub reach: f64,
+    /// The place of the surface among those found.
+    pub source: usize,
+    /// What a person knows of it beforehand; none where nobody told of it.
+    pub told: Option<Held>,
 }
 
 constants! {
@@ -68,7 +72,9 @@ pub fn enforce(
             let piece = piece.candidate;
             if piece.members.len() < parameters.min_points {
                 lose(Reason::TooSmall, piece.members.len());
-            } else if !may_be_reported(&piece.shape, parameters) || rms(points, &piece) > most_rms {
+            } else if (piece.told.is_none() && !may_be_reported(&piece.shape, parameters))
+                || rms(points, &piece) > most_rms
+            {
                 lose(Reason::NoQuadric, piece.members.len());
             } else {
                 kept.push(piece);
@@ -138,12 +144,18 @@ fn split(points: &[Vec3], candidate: Candidate, parameters: &Parameters) -> Vec<
     let options = Options { cauchy: None, steps: 15, tolerance: 1e-7 };
     let piece = |set: &Vec<u32>| {
         let part: Vec<Vec3> = set.iter().map(|&k| own[k as usize]).collect();
-        let shape = fit(&candidate.shape, &part, None, &options).map(|f| f.shape);
+        let fitted = match candidate.told {
+            Some(held) if !held.is_nothing() => fit_held(&candidate.shape, &part, &held),
+            _ => fit(&candidate.shape, &part, None, &options),
+        };
+        let shape = fitted.map(|f| f.shape);
         let mut piece = Candidate {
             shape: shape.unwrap_or(candidate.shape),
             members: set.iter().map(|&k| candidate.members[k as usize]).collect(),
             rejected: 0,
             reach: candidate.reach,
+            source: candidate.source,
+            told: candidate.told,
         };
         let lost = trim(points, &mut piece);
         Piece { candidate: piece, lost }
@@ -166,6 +178,10 @@ mod tests {
     use crate::fit::Family;
     use crate::segment::Silent;
 
+    fn candidate(shape: Shape, members: Vec<u32>, reach: f64) -> Candidate {
+        Candidate { shape, members, rejected: 0, reach, source: 0, told: None }
+    }
+
     /// Two strips of the plane z = 0, 30 and 20 points wide, two apart, and a far point off it.
     fn strips() -> (Vec<Vec3>, Candidate) {
         let strip = |x: f64, n: usize| {
@@ -175,7 +191,7 @@ mod tests {
         points.push(Vec3::new(1.0, 1.0, 0.3));
         let members = (0..points.len() as u32).collect();
         let shape = Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3]);
-        (points, Candidate { shape, members, rejected: 0, reach: f64::INFINITY })
+        (points, candidate(shape, members, f64::INFINITY))
     }
 
     fn sizes(parameters: &Parameters) -> (Vec<usize>, BTreeMap<Reason, usize>) {
@@ -215,7 +231,7 @@ mod tests {
             near.chain((0..30).flat_map(|k| at(40.0 + 0.5 * f64::from(k), 0.0))).collect();
         let shape = Shape::with_axis(Family::Plane, Vec3::new(0.0, 0.0, 0.05), Vec3::z(), [0.0; 3]);
         let members = (0..points.len() as u32).collect();
-        let candidate = Candidate { shape, members, rejected: 0, reach: 0.15 };
+        let candidate = candidate(shape, members, 0.15);
         let parameters = Parameters { connectivity: Some(2.0), ..Parameters::default() };
         let (kept, lost) = enforce(&points, vec![candidate], &parameters, f64::INFINITY, &Silent);
         for c in &kept {
@@ -243,7 +259,7 @@ mod tests {
         let regions = |most| {
             let shape = Shape::with_axis(Family::Plane, Vec3::zeros(), Vec3::z(), [0.0; 3]);
             let (members, reach) = ((0..100).collect(), f64::INFINITY);
-            let candidate = Candidate { shape, members, rejected: 0, reach };
+            let candidate = candidate(shape, members, reach);
             enforce(&points, vec![candidate], &Parameters::default(), most, &Silent)
         };
         assert_eq!(regions(0.1001).0.len(), 1);

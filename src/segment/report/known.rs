@@ -57,7 +57,13 @@ impl Known {
         let few = sample(&found.points, members, evidence::SAMPLE.get());
         let extent = tally.extent(&found.centre);
         Some(Self {
-            uncertainty: Uncertainty::of(&shape, &some, share, sigma),
+            uncertainty: Uncertainty::with(
+                &shape,
+                &some,
+                share,
+                sigma,
+                &candidate.told.unwrap_or_default(),
+            ),
             evidence: evidence(&shape, &few, sigma),
             equations: extent.and_then(|extent| equations(&shape, members, &extent, found)),
             extent,

@@ -24,17 +24,18 @@ use crate::segment::equation::Equations;
 use crate::segment::finish::others;
 use crate::segment::finish::others::{Other, asked_for};
 use crate::segment::found::Found;
+use crate::segment::hints::Draft;
 use crate::segment::judge::one_quadric::one_quadric;
 use crate::segment::median::deviation;
 use crate::segment::partition::members;
 use crate::segment::prepare::sampling::sampled;
 use crate::segment::report::constraints::{Candidate, enforce, most_rms};
 use crate::segment::report::joints::{Scale, joints};
-use crate::segment::report::known::Known;
+use crate::segment::report::known::{Known, Told};
 use crate::segment::report::reasons::{Reason, explain};
 use crate::segment::report::tally::{Scatter, extent_of, sample, tallies};
 use crate::segment::{
-    Cancelled, Dimensions, Fit, Monitor, Parameters, Region, Segmentation, Unassigned,
+    Cancelled, Dimensions, Fit, HintOutcome, Monitor, Parameters, Region, Segmentation, Unassigned,
 };
 
 /// The regions that meet the parameters' constraints, in the contract's terms and world coordinates. `steps` are those
@@ -45,6 +46,7 @@ use crate::segment::{
 pub fn report(
     parameters: &Parameters,
     found: Found,
+    drafts: Vec<Draft>,
     steps: &[f64; 3],
     monitor: &dyn Monitor,
 ) -> Result<Segmentation, Cancelled> {
@@ -80,11 +82,9 @@ pub fn report(
     monitor.check()?;
     let told = dimensions::all(&known, &kept, &joints, &of_scene, &found, density);
     monitor.check()?;
-    let first = known
-        .iter()
-        .zip(told)
-        .enumerate()
-        .filter_map(|(id, (k, told))| k.region(id, &found.centre, &joints, told));
+    let region =
+        |(id, (k, told)): (usize, (&Known, Told))| k.region(id, &found.centre, &joints, told);
+    let first = known.iter().zip(told).enumerate().filter_map(region);
     let further =
         others.iter().enumerate().filter_map(|(k, o)| of_other_type(known.len() + k, o, &found));
     let mut regions: Vec<Region> = first.chain(further).collect();
@@ -95,12 +95,19 @@ pub fn report(
     Ok(Segmentation {
         sampling: Some(sampling::told(&sampled)),
         warnings: sampling::warnings(&sampled, found.noise),
+        hints: outcomes(drafts, &kept),
         regions,
         unassigned: unassigned(&labels, reasons),
         labels,
         parameters: resolved,
         counters: found.counters,
     })
+}
+
+/// What became of the hints, by the ids of the regions that are reported.
+fn outcomes(drafts: Vec<Draft>, kept: &[Candidate]) -> Vec<HintOutcome> {
+    let sources: Vec<usize> = kept.iter().map(|c| c.source).collect();
+    drafts.into_iter().map(|draft| draft.told(&sources)).collect()
 }
 
 /// Adds the reasons of the points that are `free` of any region.
@@ -149,12 +156,14 @@ fn candidates(
 ) -> (Vec<Candidate>, Vec<u32>) {
     let groups = members(&found.labels, found.shapes.len());
     let (mut out, mut free) = (Vec::new(), Vec::new());
-    for ((&shape, &reach), members) in found.shapes.iter().zip(&found.reaches).zip(groups) {
-        let is_torus = shape.family == Family::Torus;
+    let all = found.shapes.iter().zip(&found.reaches).zip(&found.told).zip(groups);
+    for (source, (((&shape, &reach), &told), members)) in all.enumerate() {
+        let is_torus = shape.family == Family::Torus && told.is_none();
         if is_torus && (free_tori || is_other_quadric(&shape, &members, found)) {
             free.extend(members);
         } else {
-            out.push(Candidate { shape, members, rejected: 0, reach: tolerance.unwrap_or(reach) });
+            let reach = tolerance.unwrap_or(reach);
+            out.push(Candidate { shape, members, rejected: 0, reach, source, told });
         }
     }
     free.extend((0..found.labels.len() as u32).filter(|&i| found.labels[i as usize] < 0));

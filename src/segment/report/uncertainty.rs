@@ -5,7 +5,7 @@ use crate::segment::report::motion::falling;
 use nalgebra::DMatrix;
 use serde_json::{Map, Value, json};
 
-use crate::fit::{Family, Shape, Spread};
+use crate::fit::{Family, Held, Shape, Spread};
 use crate::geometry::Vec3;
 use crate::segment::report::motion::motions;
 
@@ -39,10 +39,23 @@ impl Uncertainty {
     ///
     /// `shape` should have its origin beside the centroid of `points` (see [`Shape::recentred`]).
     pub fn of(shape: &Shape, points: &[Vec3], share: f64, sigma: f64) -> Option<Self> {
+        Self::with(shape, points, share, sigma, &Held::default())
+    }
+
+    /// The same where something of the surface is `held`, known beforehand: that has no uncertainty, and what the points
+    /// tell of the rest is the more.
+    pub fn with(
+        shape: &Shape,
+        points: &[Vec3],
+        share: f64,
+        sigma: f64,
+        held: &Held,
+    ) -> Option<Self> {
         if points.len() <= shape.family.dof() {
             return None;
         }
-        let of_freedoms = Spread::of(shape, points).covariance(sigma, share);
+        let free = held.freedoms(shape.family).map(|held| !held);
+        let of_freedoms = Spread::of(shape, points).covariance_of(&free, sigma, share);
         let names = names(shape.family);
         let columns: Vec<_> = motions(shape).iter().map(|m| m.parameters(shape)).collect();
         let change = DMatrix::from_columns(&columns);

@@ -1,5 +1,6 @@
 //! The protobuf form of requests and results, shared by gRPC and by HTTP answers in protobuf.
 
+mod hint;
 mod parameters;
 mod region;
 mod relation;

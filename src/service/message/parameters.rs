@@ -1,4 +1,4 @@
-use super::{count, v1};
+use super::{count, hint::hints_text, v1};
 use crate::{
     formats::Format,
     geometry::{LengthUnit, SurfaceType},
@@ -62,6 +62,7 @@ impl From<&Parameters> for v1::Parameters {
             refine: Some(p.refine),
             rcond_threshold: Some(p.rcond_threshold),
             algebraic_threshold: Some(p.algebraic_threshold),
+            hints: p.hints.iter().map(Into::into).collect(),
         }
     }
 }
@@ -105,6 +106,9 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
     }
     if let Some(parameters) = &message.parameters {
         request.set_enums(parameters)?;
+        if !parameters.hints.is_empty() {
+            request.set("hints", &hints_text(&parameters.hints)?)?;
+        }
     }
     Ok(request)
 }

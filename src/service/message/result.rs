@@ -19,6 +19,7 @@ impl From<Document> for v1::Segmentation {
             relation_scatter: document.relation_scatter,
             measures: document.measures.iter().map(Into::into).collect(),
             snapping: document.snapping.map(Into::into),
+            hints: document.hints.into_iter().map(Into::into).collect(),
             counters: Some((&document.counters).into()),
             timing: Some(document.timing.into()),
         }

@@ -10,6 +10,7 @@ use serde_json::json;
 mod actions;
 mod parts;
 mod runs;
+mod tells;
 
 use super::{
     browser::{Browser, Picture},

@@ -3,14 +3,19 @@
 import { card } from "./card.js";
 import { readPly } from "./cloud.js";
 import { $ } from "./dom.js";
-import { example } from "./example.js";
+import { onFile } from "./file.js";
 import * as form from "./form.js";
+import { askForKey } from "./key.js";
+import { ACTIONS, onKeys } from "./keys.js";
 import { list, mark, reveal } from "./list.js";
 import { matched, palette } from "./palette.js";
+import { markRelations, showRelations } from "./relations.js";
 import { FAINT, HIDDEN, SHOWN } from "./render.js";
 import { saves } from "./saves.js";
 import * as service from "./service.js";
+import * as steps from "./steps.js";
 import { distance, normals } from "./surfaces.js";
+import { telling as makeTelling } from "./telling.js";
 import { number } from "./text.js";
 import { theme, view as makeView } from "./view.js";
 
@@ -18,6 +23,7 @@ import { theme, view as makeView } from "./view.js";
 const scene = {
   file: null, name: "", place: null, document: null, cloud: null, colors: new Map(),
   selected: new Set(), hidden: new Set(), isolated: null, deviations: false, limit: 0, measuring: false, picks: [], folded: false,
+  parts: null, free: null,
 };
 let running = null, last = null;
 
@@ -43,22 +49,23 @@ const press = (action, on) => { document.querySelector(`[data-do=${action}]`).ar
 const refresh = () => {
   style();
   mark(scene.selected, isShown);
+  markRelations(scene.selected);
   press("surfaces", !scene.deviations);
   press("deviations", scene.deviations);
   press("measure", scene.measuring);
   press("unassigned", Boolean(scene.isolated?.has(-1)) && scene.isolated.size === 1);
   for (const action of ["hide", "isolate"]) document.querySelector(`[data-do=${action}]`).disabled = !scene.selected.size;
   $("limit").hidden = !scene.deviations;
-  document.body.classList.toggle("measuring", scene.measuring);
+  document.body.classList.toggle("measuring", scene.measuring || Boolean(scene.parts));
   const [a, b] = scene.picks;
   view?.measured(scene.picks, b ? distance(a.point, b.point).distance : 0);
   card({ ...scene, limit: limit() }, () => {
     // the histogram of all is what is left when nothing is selected
     if (!scene.measuring && !scene.selected.size) scene.folded = true;
     scene.selected.clear();
-    Object.assign(scene, { measuring: false, picks: [] });
+    Object.assign(scene, { measuring: false, picks: [], parts: null });
     refresh();
-  });
+  }, telling);
 };
 
 const select = (label, more) => {
@@ -68,7 +75,7 @@ const select = (label, more) => {
   } else if (!scene.selected.delete(label)) {
     scene.selected.add(label);
   }
-  Object.assign(scene, { measuring: false, picks: [] });
+  Object.assign(scene, { measuring: false, picks: [], parts: null, free: null });
   refresh();
 };
 
@@ -80,18 +87,27 @@ const click = (index, more) => {
     scene.picks = scene.picks.length === 1 ? [...scene.picks, picked] : [picked];
     return refresh();
   }
+  if (scene.parts) {
+    // a point of another surface is none of its parts
+    if (index >= 0 && scene.selected.has(scene.cloud.labels[index])) scene.parts = [...scene.parts, scene.cloud.exact(index)];
+    return refresh();
+  }
   if (index < 0) {
     if (!more && scene.selected.size) scene.selected.clear();
     return refresh();
   }
   select(scene.cloud.labels[index], more);
+  if (scene.cloud.labels[index] < 0) {
+    scene.free = scene.cloud.exact(index);
+    refresh();
+  }
   reveal(scene.cloud.labels[index]);
 };
 
 const view = makeView({
   click,
   doubleClick: index => {
-    if (scene.measuring) return;
+    if (scene.measuring || scene.parts) return;
     const label = index < 0 ? null : scene.cloud.labels[index];
     // the second click has taken back what the first one did
     if (label !== null) scene.selected = new Set([label]);
@@ -106,6 +122,13 @@ const view = makeView({
 });
 if (!view) $("hint").textContent = "This browser shows no WebGL 2: the list of surfaces and the files remain.";
 
+const telling = makeTelling(scene, refresh);
+steps.onSteps(() => {
+  steps.showSteps();
+  if (last) segment(last.file, last.name);
+});
+$("undo").onclick = () => steps.undo();
+
 // ---- what can be done with it ----
 
 const step = by => {
@@ -113,7 +136,7 @@ const step = by => {
   const at = labels.indexOf([...scene.selected].at(-1));
   const next = labels[(at + by + labels.length) % labels.length] ?? labels[0];
   if (next === undefined) return;
-  scene.selected = new Set([at < 0 && by < 0 ? labels.at(-1) : next]);
+  Object.assign(scene, { selected: new Set([at < 0 && by < 0 ? labels.at(-1) : next]), parts: null, free: null });
   refresh();
   reveal([...scene.selected][0]);
 };
@@ -166,21 +189,20 @@ const toggle = label => {
   refresh();
 };
 
-const KEYS = { h: "hide", i: "isolate", a: "all", u: "unassigned", m: "measure", f: "fit", p: "flat", "?": "keys" };
-addEventListener("keydown", event => {
-  if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
-  if (/^(input|select|textarea)$/i.test(event.target.tagName) && event.target.type !== "checkbox") return;
-  const key = event.key.toLowerCase(), stands = ["corner", "front", "right", "top"];
-  if (KEYS[key]) act(KEYS[key]);
+onKeys(key => {
+  const action = ACTIONS[key], stands = ["corner", "front", "right", "top"];
+  if (key === "z") steps.undo();
+  else if (action) act(action);
   else if (key === "d") act(scene.deviations ? "surfaces" : "deviations");
   else if (key === "n" || key === "b") step(key === "n" ? 1 : -1);
   else if ("1234".includes(key) && scene.cloud && view) view.stand($("stand").value = stands[key - 1]);
   else if (key === "escape" && scene.cloud) {
     if (scene.measuring) Object.assign(scene, { measuring: false, picks: [] });
+    else if (scene.parts) scene.parts = null;
     else scene.selected.clear();
     refresh();
-  } else return;
-  event.preventDefault();
+  } else return false;
+  return true;
 });
 
 // ---- runs ----
@@ -197,7 +219,7 @@ const take = (file, name, place, document, cloud) => {
   const same = scene.file === file && scene.cloud?.count === cloud.count;
   const match = same ? matched(scene.cloud.labels, cloud.labels) : new Map();
   const colors = palette(cloud.colors, same ? scene.colors : new Map(), match);
-  Object.assign(scene, { file, name, place, document, cloud, colors, selected: new Set(), hidden: new Set(), isolated: null, measuring: false, picks: [] });
+  Object.assign(scene, { file, name, place, document, cloud, colors, selected: new Set(), hidden: new Set(), isolated: null, measuring: false, picks: [], parts: null, free: null });
   if (!same) scene.deviations = false;
   const { tolerance, noise_sigma: noise } = document.parameters;
   scene.limit = tolerance || 4 * noise || Math.max(0, ...document.regions.map(region => region.fit.max)) || 1;
@@ -212,6 +234,11 @@ const take = (file, name, place, document, cloud) => {
   requestAnimationFrame(() => requestAnimationFrame(() => performance.mark("shown")));
   form.showFound(document.parameters);
   list(document, name, colors, { pick: select, toggle });
+  steps.showSteps(document.hints);
+  showRelations(document, labels => {
+    Object.assign(scene, { selected: new Set(labels), measuring: false, picks: [], parts: null, free: null });
+    refresh();
+  });
   for (const button of $("saves").querySelectorAll("button")) button.disabled = false;
   refresh();
   if (!same && matchMedia("(max-width: 50rem)").matches) scrollTo(0, 0);
@@ -220,6 +247,9 @@ const take = (file, name, place, document, cloud) => {
 const segment = async (file, name) => {
   if (running) return;
   running = "sending";
+  // what was told of another file says nothing of this one
+  if (last?.file !== file) steps.forget();
+  steps.showSteps();
   last = { file, name };
   $("again").hidden = false;
   $("problem").hidden = true;
@@ -228,7 +258,7 @@ const segment = async (file, name) => {
   $("bar").removeAttribute("value");
   $("stage").textContent = "sending " + name;
   try {
-    const place = running = await service.submit(file, form.query(name));
+    const place = running = await service.submit(file, form.query(name), steps.hints());
     const ended = await service.follow(place, ({ state, progress }) => {
       $("stage").textContent = progress ? progress.stage : state;
       if (progress) $("bar").value = progress.fraction;
@@ -254,38 +284,12 @@ $("parameters").onsubmit = event => {
   if (last) segment(last.file, last.name);
 };
 
-// ---- keys of the service ----
-
-service.onKeyWanted(refused => new Promise(done => {
-  const dialog = $("key"), value = $("key-value");
-  $("key-refused").hidden = !refused;
-  value.value = "";
-  let given = null;
-  $("key-form").onsubmit = event => {
-    event.preventDefault();
-    given = value.value;
-    dialog.close();
-  };
-  $("key-cancel").onclick = () => dialog.close();
-  dialog.onclose = () => done(given);
-  dialog.showModal();
-}));
+service.onKeyWanted(askForKey);
 $("keys-close").onclick = () => $("keys").close();
 
 // ---- where clouds come from ----
 
-$("file").onchange = () => {
-  const [file] = $("file").files;
-  if (file) segment(file, file.name);
-  $("file").value = "";
-};
-for (const kind of ["dragover", "dragleave", "drop"]) addEventListener(kind, event => {
-  event.preventDefault();
-  document.body.classList.toggle("over", kind === "dragover");
-  const file = kind === "drop" && event.dataTransfer.files[0];
-  if (file) segment(file, file.name);
-});
-$("example").onclick = () => segment(example(), "example.xyz");
+onFile(segment);
 
 const offer = forms => saves(forms, scene, view, tell);
 offer(["application/json", "text/csv", "model/ply"]);

@@ -1,6 +1,7 @@
 // What is known of the selection, over the view.
 
 import { $, facts, make } from "./dom.js";
+import { edit } from "./edit.js";
 import { histogram, tally } from "./histogram.js";
 import { between, distance } from "./surfaces.js";
 import { count, degrees, dimensions, kind, number, position, vector, words } from "./text.js";
@@ -45,8 +46,8 @@ const spread = (cloud, has, limit, color = [110, 140, 180]) => {
 };
 
 /// Shows what is selected or measured; `close` is called when it is closed. `limit` is the deviation with the deepest
-/// colour, 0 where surfaces have their own.
-export const card = ({ document, cloud, colors, selected, measuring, picks, limit, folded }, close) => {
+/// colour, 0 where surfaces have their own. `on` is told what is said of the selection (`edit.js`).
+export const card = ({ document, cloud, colors, selected, measuring, picks, parts, free, limit, folded }, close, on) => {
   const regions = document?.regions || [], chosen = [...selected].filter(label => label >= 0).map(label => regions[label]);
   let children = [];
   if (measuring) children = measured(picks, regions);
@@ -54,6 +55,11 @@ export const card = ({ document, cloud, colors, selected, measuring, picks, limi
   else if (chosen.length === 2) children = [...chosen.map(region => head(region, colors.get(region.id))), pair(...chosen), ...spread(cloud, label => selected.has(label), limit)];
   else if (chosen.length) children = [make("h2", { textContent: `${chosen.length} surfaces` }), ...spread(cloud, label => selected.has(label), limit)];
   else if (limit > 0 && !folded) children = [make("h2", { textContent: "All surfaces" }), ...spread(cloud, () => true, limit)];
+  if (!measuring) {
+    const more = edit({ chosen, parts, free: free && selected.has(-1) && selected.size === 1 }, on);
+    if (more.length && !children.length) children = [make("h2", { textContent: "Points on no surface" })];
+    children.push(...more);
+  }
   const shut = make("button", { type: "button", className: "close", textContent: "×", ariaLabel: "Close" });
   shut.onclick = close;
   $("card").replaceChildren(...(children.length ? [shut, ...children] : []));

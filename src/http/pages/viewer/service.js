@@ -29,9 +29,10 @@ export const call = async (path, options = {}) => {
   }
 };
 
-/// Sends a cloud as a job: where it is.
-export const submit = async (cloud, query) => {
+/// Sends a cloud as a job, with what a person knows of it: where it is.
+export const submit = async (cloud, query, hints) => {
   const form = new FormData();
+  if (hints.length) form.append("parameters", JSON.stringify({ hints }));
   form.append("cloud", cloud, "cloud");
   const accepted = await call("/v1/segmentations?" + query, { method: "POST", body: form, headers: { Prefer: "respond-async" } });
   return accepted.headers.get("location");
@@ -60,5 +61,5 @@ export const contract = async () => {
   const api = await (await fetch("/openapi.json")).json();
   const { parameters } = api.paths["/v1/segmentations"].post;
   const forms = Object.keys(api.paths["/v1/jobs/{id}/result"].get.responses["200"].content);
-  return { parameters: parameters.filter(p => p.in === "query" && !["labels", "name"].includes(p.name)), forms };
+  return { parameters: parameters.filter(p => p.in === "query" && !["labels", "name", "hints"].includes(p.name)), forms };
 };

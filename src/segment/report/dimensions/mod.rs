@@ -22,7 +22,7 @@ use crate::segment::report::constraints::Candidate;
 use crate::segment::report::dimensions::around::Arc;
 use crate::segment::report::dimensions::ends::{Ends, Place, radial};
 use crate::segment::report::dimensions::outline::outline;
-use crate::segment::report::dimensions::side::sides;
+use crate::segment::report::dimensions::side::{by_normals, sides};
 use crate::segment::report::known::{Joint, Known, Told};
 use crate::segment::report::motion::falling;
 use crate::segment::report::tally::sample;
@@ -49,6 +49,13 @@ pub fn all(
 ) -> Vec<Told> {
     let spacings = spacings(surfaces.len(), labels, found, density);
     let sides = sides(&found.scene, labels, surfaces, joints, found.noise);
+    let sides = match &found.normals {
+        None => sides,
+        Some(normals) => {
+            let normal = |k: usize| normals[found.scene.places[k] as usize];
+            by_normals(&found.scene, labels, surfaces, normal, &sides)
+        }
+    };
     let one = |(id, candidate): (usize, &Candidate)| {
         if found.scene.cancelled() || candidate.members.is_empty() {
             return Told::default();

@@ -3,7 +3,8 @@
 //! Regions that touch are one skin: at an edge both outer normals lean away from the other face or both towards it, and
 //! over a smooth joint they are the same. So all regions that hang together have one sign in common, and that is told by
 //! the skin's outermost points, whose outer normals point away from the body. It takes the cloud for that of a body seen
-//! from outside: nothing but the scanner's place would tell a room from a block.
+//! from outside: nothing but the scanner's place would tell a room from a block. Where the file has normals, which point
+//! out of the material, they tell it of each region by itself.
 
 use std::collections::BTreeMap;
 
@@ -26,6 +27,60 @@ constants! {
     AGREED: f64 = 0.9, Trial(0.9, 0.9);
     /// Heights over a tangent plane that tell a side, in standard deviations of the noise.
     SURE: f64 = 2.0, Trial(2.0, 2.0);
+    /// Least cosine of the angle between a file's normal and the surface's for it to be one: that of 60 degrees.
+    LIKE: f64 = 0.5, Trial(0.5, 0.5);
+    /// Share of a region's points whose normals must be such, and of these that must be on one side.
+    CONSISTENT: f64 = 0.8, Trial(0.8, 0.8);
+}
+
+/// The side of each region by the `normals` of the scene's points, as the file has them: those `without` where a region's
+/// do not agree with its surface or with each other, and everywhere where most regions' do not: then nobody has made them
+/// point out of the material.
+pub fn by_normals(
+    scene: &Scene,
+    labels: &[i32],
+    surfaces: &[Known],
+    normals: impl Fn(usize) -> Vec3,
+    without: &[Side],
+) -> Vec<Side> {
+    let mut sums = vec![[0usize; 3]; surfaces.len()];
+    for (i, p) in scene.points.iter().enumerate() {
+        let Some(l) = usize::try_from(labels[i]).ok().filter(|l| *l < surfaces.len()) else {
+            continue;
+        };
+        let normal = normals(i);
+        let cosine = surfaces[l].shape.offset(p).normal.dot(&normal) / normal.norm();
+        // one that is zero, or no number, tells nothing
+        let place = if cosine >= LIKE.get() {
+            0
+        } else if cosine <= -LIKE.get() {
+            1
+        } else {
+            2
+        };
+        sums[l][place] += 1;
+    }
+    let side = |[boss, hole, none]: &[usize; 3]| {
+        let (told, all) = (boss + hole, boss + hole + none);
+        let sure = told as f64 >= CONSISTENT.get() * all as f64
+            && *boss.max(hole) as f64 >= CONSISTENT.get() * told as f64;
+        match sure && told > 0 {
+            true if boss > hole => Side::Boss,
+            true => Side::Hole,
+            false => Side::Unknown,
+        }
+    };
+    let told: Vec<Side> = sums.iter().map(side).collect();
+    let points = |s: &[usize; 3]| s.iter().sum::<usize>();
+    let agreed = sums.iter().zip(&told).filter(|(_, side)| **side != Side::Unknown);
+    let agreed: usize = agreed.map(|(s, _)| points(s)).sum();
+    let all: usize = sums.iter().map(points).sum();
+    if (agreed as f64) < CONSISTENT.get() * all as f64 {
+        return without.to_vec();
+    }
+    // what the file does not tell the whole's shape may
+    let or = |(own, other): (Side, &Side)| if own == Side::Unknown { *other } else { own };
+    told.into_iter().zip(without).map(or).collect()
 }
 
 /// The side of each region; `labels` of the scene's points.
