@@ -1,7 +1,7 @@
 use crate::fit::fits::Random;
 use crate::geometry::{Surface, SurfaceType, Vec3};
 use crate::segment::hints::fixtures::{SIGMA, arc, at, edge, found, radius};
-use crate::segment::{Extent, Hint, HintAction, Outcome};
+use crate::segment::{Extent, Hint, HintAction, Outcome, Segmentation};
 
 #[test]
 fn a_radius_that_is_known_is_the_regions_and_tells_its_axis_better() {
