@@ -105,7 +105,9 @@ fn parameters(bytes: &mut Bytes) -> Parameters {
                 format!("{},{},{}", bytes.small(), bytes.small(), bytes.small())
             }
             // of files, not of methods
-            ParameterKind::Columns { .. } | ParameterKind::Text { .. } => continue,
+            ParameterKind::Columns { .. }
+            | ParameterKind::Text { .. }
+            | ParameterKind::Hints { .. } => continue,
         };
         // what is refused stays as it was
         let _ = parameters.set(spec.name, &value);
