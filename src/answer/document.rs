@@ -21,9 +21,13 @@ pub struct Document {
     /// The surfaces; a region's id is its place here. Their order means nothing, but is the same for the
     /// same cloud and parameters.
     pub regions: Vec<Region>,
-    /// One label for each input point, in input order; -1 = unassigned. Absent with `labels=none`.
+    /// One label for each input point, in input order, or for each sample of a mesh; -1 = unassigned. Absent with `labels=none`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub labels: Option<Vec<i32>>,
+    /// One label for each face of a mesh that was sampled, in the file's order: that of most of its samples; -1 =
+    /// unassigned, or without an area. Absent for other clouds, and with `labels=none`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face_labels: Option<Vec<i32>>,
     /// The points without a region, skipped ones included.
     pub unassigned: UnassignedPoints,
     /// How the points lie beside each other. Absent under `rcond`.
@@ -62,7 +66,7 @@ pub struct Document {
 /// What the input was.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Input {
-    /// Points in the file, skipped ones included.
+    /// Points in the file, skipped ones included; samples where a mesh was sampled.
     pub points: usize,
     /// SHA-256 of the file's bytes, in hexadecimal.
     pub sha256: String,
@@ -80,6 +84,37 @@ pub struct Input {
     /// seen, and where it is that of any double.
     #[serde(default)]
     pub resolution: [f64; 3],
+    /// The mesh, where the file is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshInput>,
+}
+
+/// A mesh, and what was taken of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MeshInput {
+    /// What the points are.
+    pub points: MeshPoints,
+    /// Vertices of the file, those of a STL file each once.
+    pub vertices: usize,
+    /// Faces of the file.
+    pub faces: usize,
+    /// Distance of a sample from the next, were they on squares; of samples alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<f64>,
+    /// The largest distance found of the curved surfaces from the flat faces that stand for them, but for a few. Samples
+    /// scatter by a fifth of it; of samples alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chord_error: Option<f64>,
+}
+
+/// What the points of a mesh are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MeshPoints {
+    /// Its vertices.
+    Vertices,
+    /// Samples of the surface that its faces stand for.
+    Samples,
 }
 
 /// Points without a region.
@@ -112,7 +147,8 @@ pub struct Timing {
 impl Document {
     /// The document with its labels or without.
     pub fn shown(self, labels: bool) -> Self {
-        Self { labels: self.labels.filter(|_| labels), ..self }
+        let face_labels = self.face_labels.filter(|_| labels);
+        Self { labels: self.labels.filter(|_| labels), face_labels, ..self }
     }
 
     /// The labels, none where they were left out.

@@ -114,13 +114,17 @@ impl From<FormatError> for AnswerError {
             FormatError::Unknown { .. }
             | FormatError::Foreign { .. }
             | FormatError::Compressed { .. } => ErrorKind::UnknownFormat,
-            FormatError::ParameterOfText { .. } => ErrorKind::InvalidParameter,
+            FormatError::ParameterOfText { .. }
+            | FormatError::NoFaces
+            | FormatError::TooManySamples { .. } => ErrorKind::InvalidParameter,
             FormatError::OutOfMemory { .. } | FormatError::NoMemoryToUnpack { .. } => {
                 ErrorKind::Overloaded
             }
             FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
             FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
-            FormatError::TooManyPoints { .. } => ErrorKind::TooManyPoints,
+            FormatError::TooManyPoints { .. } | FormatError::TooManyFaces { .. } => {
+                ErrorKind::TooManyPoints
+            }
             FormatError::Stopped => ErrorKind::Cancelled,
             _ => ErrorKind::MalformedCloud,
         };

@@ -3,8 +3,8 @@ use std::io;
 use super::{Answer, AnswerError, ErrorKind, json::json, report, step::step, table::rows};
 use crate::{
     formats::{
-        Labelled, write_deviations_npy, write_labelled_ply, write_labels_npy, write_points_csv,
-        write_regions_csv,
+        Fields, Labelled, write_deviations_npy, write_labelled_ply, write_labels_npy,
+        write_points_csv, write_regions_csv,
     },
     segment::deviations,
 };
@@ -100,6 +100,9 @@ fn with_deviations(
     write: impl FnOnce(&Labelled) -> io::Result<()>,
 ) -> io::Result<()> {
     let Answer { document, cloud, fields, .. } = answer;
+    // the columns of a mesh are of its vertices, which its samples are not
+    let none = Fields::default();
+    let fields = if cloud.samples().is_some() { &none } else { fields };
     let labels = document.labels();
     let deviations = deviations(cloud, labels, &document.regions);
     write(&Labelled { cloud, labels, deviations: &deviations, fields })

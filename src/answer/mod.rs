@@ -11,6 +11,7 @@ mod error;
 pub mod fits;
 mod form;
 mod json;
+mod options;
 mod report;
 mod request;
 pub mod sheet;
@@ -20,11 +21,10 @@ mod whole;
 
 pub use clock::{StageClock, StageTimes};
 pub use digest::{sha256, sha256_of_points, sha256_unless};
-pub use document::{Document, Input, Timing, UnassignedPoints};
+pub use document::{Document, Input, MeshInput, MeshPoints, Timing, UnassignedPoints};
 pub use error::{AnswerError, ErrorKind};
 pub use form::Form;
+pub use options::OPTIONS;
 pub use report::REPORT_POLICY;
-pub use request::{
-    OPTIONS, ParameterForm, Request, is_list, specs, unknown_format, unknown_parameter,
-};
-pub use whole::Answer;
+pub use request::{ParameterForm, Request, is_list, specs, unknown_format, unknown_parameter};
+pub use whole::{Answer, mesh_told};

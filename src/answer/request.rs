@@ -1,90 +1,16 @@
 use std::time::Duration;
 
-use super::{AnswerError, ErrorKind};
+use super::{
+    AnswerError, ErrorKind,
+    options::{MAX_NAME, OPTIONS},
+};
 use crate::{
     fit::feature::Association,
-    formats::{Columns, Format, Hints},
+    formats::{Columns, Format, Hints, MeshWay, Meshes},
     geometry::LengthUnit,
     segment::{MAX_HINT_BYTES, PARAMETERS, ParameterKind, ParameterSpec, Parameters},
 };
 
-const FORMATS: &[&str] = &["ply", "xyz", "ptx", "pcd", "las", "e57", "stl", "obj"];
-
-const UNITS: &[&str] = &["um", "mm", "cm", "m", "km", "in", "ft", "us_ft"];
-
-/// Names of the associations.
-pub(super) const ASSOCIATIONS: &[&str] =
-    &["gaussian", "minimum_zone", "minimum_circumscribed", "maximum_inscribed"];
-
-/// What a request may say beyond the method's parameters, in the same terms.
-pub const OPTIONS: &[ParameterSpec] = &[
-    ParameterSpec {
-        name: "format",
-        kind: ParameterKind::Choice(FORMATS),
-        unit: None,
-        default: None,
-        help: "The cloud's format (from its media type, file name or bytes when absent); other usual endings, such as csv, txt and laz, name it too",
-    },
-    ParameterSpec {
-        name: "columns",
-        kind: ParameterKind::Columns { max: Columns::MAX },
-        unit: None,
-        default: None,
-        help: "Which columns of a text are x, y and z, counted from 1, such as 2,3,4 behind a running number (by their names, or the first three, when absent)",
-    },
-    ParameterSpec {
-        name: "skip_lines",
-        kind: ParameterKind::Integer { min: 0, max: Hints::MAX_SKIP_LINES },
-        unit: None,
-        default: Some("0"),
-        help: "How many lines of a text to pass over before it begins, titles and protocols that carry no comment mark. Names of columns among them are not looked at",
-    },
-    ParameterSpec {
-        name: "unit",
-        kind: ParameterKind::Choice(UNITS),
-        unit: None,
-        default: None,
-        help: "The unit of the cloud's lengths (the one that the file states when absent: E57, LAS with a coordinate system, text with names such as 'x [mm]'). It is told in every answer and stated in STEP; nothing is converted",
-    },
-    ParameterSpec {
-        name: "name",
-        kind: ParameterKind::Text { max: MAX_NAME },
-        unit: None,
-        default: None,
-        help: "What the cloud is called in its report, such as the name of its file",
-    },
-    ParameterSpec {
-        name: "labels",
-        kind: ParameterKind::Choice(&["inline", "none"]),
-        unit: None,
-        default: Some("inline"),
-        help: "Whether the answer holds one label a point",
-    },
-    ParameterSpec {
-        name: "snap",
-        kind: ParameterKind::Boolean,
-        unit: None,
-        default: Some("false"),
-        help: "Whether each region is given a second surface, `snapped`, for which all accepted relations hold exactly",
-    },
-    ParameterSpec {
-        name: "association",
-        kind: ParameterKind::Choice(ASSOCIATIONS),
-        unit: None,
-        default: None,
-        help: "Fits one feature to all points of each region too, `fits`, by this association, as a fit of these points alone would (none is fitted when absent)",
-    },
-    ParameterSpec {
-        name: "deadline",
-        kind: ParameterKind::Number { min: 0.1, max: 86_400.0 },
-        unit: Some("seconds"),
-        default: None,
-        help: "Longest time the work may take (the service's own limit when absent)",
-    },
-];
-
-/// Longest name of a cloud, in characters: what file systems allow a file.
-const MAX_NAME: usize = 255;
 /// Longest text of one value: that of the longest 64-bit number, written without an exponent.
 const MAX_VALUE_BYTES: usize = 350;
 /// Longest text of a list: three such numbers.
@@ -136,6 +62,8 @@ pub struct Request {
     pub skip_lines: usize,
     /// The unit of the cloud's lengths; the file's when absent.
     pub unit: Option<LengthUnit>,
+    /// How a mesh is read.
+    pub meshes: Meshes,
     /// What the cloud is called.
     pub name: Option<String>,
     /// Whether the answer holds the labels.
@@ -158,6 +86,7 @@ impl Default for Request {
             columns: None,
             skip_lines: 0,
             unit: None,
+            meshes: Meshes::default(),
             name: None,
             labels: true,
             snap: false,
@@ -217,6 +146,9 @@ impl Request {
                 let unit = LengthUnit::from_name(text);
                 self.unit = Some(unit.ok_or_else(|| invalid(name, value))?);
             }
+            "mesh" | "mesh_spacing" | "mesh_points" => {
+                self.set_mesh(name, text).ok_or_else(|| invalid(name, value))?;
+            }
             "name" => {
                 let is_line = text.chars().count() <= MAX_NAME && !value.contains(char::is_control);
                 let line = is_line.then(|| text.to_owned()).ok_or_else(|| invalid(name, value))?;
@@ -248,9 +180,40 @@ impl Request {
         Ok(())
     }
 
+    fn set_mesh(&mut self, name: &str, text: &str) -> Option<()> {
+        let kind = OPTIONS.iter().find(|spec| spec.name == name)?.kind;
+        match kind {
+            ParameterKind::Number { max, .. } => {
+                let spacing: f64 = text.parse().ok()?;
+                self.meshes.spacing = Some(spacing).filter(|s| *s > 0.0 && *s <= max);
+                self.meshes.spacing.map(drop)
+            }
+            ParameterKind::Integer { min, max } => {
+                let most: usize = text.parse().ok()?;
+                (min..=max).contains(&(most as u64)).then_some(())?;
+                self.meshes.most = most.try_into().ok()?;
+                Some(())
+            }
+            _ => {
+                self.meshes.way = match text {
+                    "auto" => MeshWay::Auto,
+                    "vertices" => MeshWay::Vertices,
+                    "faces" => MeshWay::Faces,
+                    _ => return None,
+                };
+                Some(())
+            }
+        }
+    }
+
     /// What the request says of the cloud's bytes.
     pub fn hints(&self) -> Hints {
-        Hints { format: self.format, columns: self.columns, skip_lines: self.skip_lines }
+        Hints {
+            format: self.format,
+            columns: self.columns,
+            skip_lines: self.skip_lines,
+            meshes: self.meshes,
+        }
     }
 
     /// Takes the format from where the request does not name it.
@@ -359,8 +322,8 @@ mod tests {
 
     #[test]
     fn the_format_list_is_the_formats_there_are() {
-        assert_eq!(FORMATS, Format::ALL.map(Format::name));
-        assert_eq!(UNITS, LengthUnit::ALL.map(LengthUnit::name));
+        assert_eq!(super::super::options::FORMATS, Format::ALL.map(Format::name));
+        assert_eq!(super::super::options::UNITS, LengthUnit::ALL.map(LengthUnit::name));
     }
 
     #[test]
@@ -412,6 +375,23 @@ mod tests {
         }
         assert!(kind("name", &"𝔵".repeat(255)).is_ok());
         assert_eq!(Request::from_pairs([("name", " ")]).map(|request| request.name), Ok(None));
+        for (name, value) in [
+            ("mesh", "triangles"),
+            ("mesh_spacing", "0"),
+            ("mesh_spacing", "1.1e12"),
+            ("mesh_points", "999"),
+            ("mesh_points", "10000001"),
+        ] {
+            assert_eq!(kind(name, value), Err(ErrorKind::InvalidParameter), "{name}={value}");
+        }
+        for (name, value) in [
+            ("mesh", "faces"),
+            ("mesh_spacing", "1e12"),
+            ("mesh_points", "1000"),
+            ("mesh_points", "10000000"),
+        ] {
+            assert!(kind(name, value).is_ok(), "{name}={value}");
+        }
         assert!(kind("deadline", "86400").is_ok() && kind("deadline", "0.1").is_ok());
     }
 }

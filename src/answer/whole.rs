@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
 use super::fits::region_fits;
-use super::{Document, Input, Request, Timing, UnassignedPoints};
+use super::{Document, Input, MeshInput, MeshPoints, Request, Timing, UnassignedPoints};
 use crate::{
     formats::Fields,
-    geometry::{LengthUnit, PointCloud},
+    geometry::{LengthUnit, Mesh, PointCloud},
     model::relations::Relations,
     segment::{Segmentation, Warning, resolution},
 };
@@ -39,6 +39,7 @@ impl Answer {
             skipped: cloud.skipped(),
             unit: request.unit.or(cloud.unit),
             resolution: resolution_of(&cloud, &found),
+            mesh: cloud.mesh.as_deref().map(mesh_told),
         };
         found.warnings.extend(warnings(&cloud, request.unit));
         let document = document(&cloud, found, request, input, timing);
@@ -54,6 +55,18 @@ impl Answer {
             }
             None => labels.to_vec(),
         }
+    }
+}
+
+/// What is told of a mesh.
+pub fn mesh_told(mesh: &Mesh) -> MeshInput {
+    let samples = mesh.samples.as_ref();
+    MeshInput {
+        points: samples.map_or(MeshPoints::Vertices, |_| MeshPoints::Samples),
+        vertices: mesh.vertices,
+        faces: mesh.faces,
+        spacing: samples.map(|samples| samples.spacing),
+        chord_error: samples.map(|samples| samples.chord_error),
     }
 }
 
@@ -90,6 +103,7 @@ fn document(
     input: Input,
     timing: Timing,
 ) -> Document {
+    let face_labels = cloud.samples().map(|samples| samples.face_labels(&found.labels));
     let mut regions = found.regions;
     let mut relations = Relations::of(&regions);
     let snapping = if request.snap { relations.snap(&mut regions) } else { None };
@@ -110,6 +124,7 @@ fn document(
         parameters: found.parameters,
         regions,
         labels: Some(cloud.labels_in_input_order(found.labels)),
+        face_labels,
         sampling: found.sampling,
         warnings: found.warnings,
         relations,

@@ -1,4 +1,4 @@
-use super::{Format, FormatError, Hints, e57, las, obj, pcd, ply, stl, text};
+use super::{Format, FormatError, Hints, MeshWay, e57, las, obj, off, pcd, ply, stl, text};
 
 /// Bytes that a point takes once it is read.
 pub const BYTES_PER_POINT: u64 = 24;
@@ -9,23 +9,45 @@ pub const BYTES_PER_POINT: u64 = 24;
 /// No more points are announced than the bytes can hold, however many the header claims: compressed
 /// formats are believed to hold up to 64 a byte.
 pub fn announced_points(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
-    let Some(format) = hints.into().format_of(bytes) else { return 0 };
+    let hints = hints.into();
+    let meshes = hints.meshes;
+    let Some(format) = hints.format_of(bytes) else { return 0 };
     let most: Result<u64, FormatError> = match format {
         // the shortest line has two separators and its end
         Format::Xyz | Format::Ptx if text::is_utf16(bytes) => Ok(bytes.len() as u64 / 6 + 1),
         Format::Xyz | Format::Ptx => Ok(text::line_count(bytes)),
         Format::Obj => Ok(obj::most_points(bytes)),
+        Format::Off => Ok(off::most_points(bytes)),
         Format::Stl => Ok(stl::most_points(bytes)),
         Format::Ply => ply::most_points(bytes),
         Format::Pcd => pcd::most_points(bytes),
         Format::Las => Ok(las::most_points(bytes)),
         Format::E57 => e57::most_points(bytes),
     };
-    most.unwrap_or(0)
+    let Ok(most) = most else { return 0 };
+    if meshes.way != MeshWay::Vertices && has_faces(bytes, format) {
+        most.max(meshes.most.get() as u64)
+    } else {
+        most
+    }
 }
 
-/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy, and so is
-/// a text of two bytes a character.
+/// Whether a file is a mesh, whose faces may be sampled.
+fn has_faces(bytes: &[u8], format: Format) -> bool {
+    match format {
+        Format::Stl => true,
+        Format::Ply => ply::has_faces(bytes),
+        Format::Off => off::has_faces(bytes),
+        Format::Obj => obj::has_faces(bytes),
+        Format::Xyz | Format::Ptx | Format::Pcd | Format::Las | Format::E57 => false,
+    }
+}
+
+/// Most bytes that looking at the faces of a mesh takes: two hundred a triangle, for as many as are looked at.
+const MOST_FOR_FACES: u64 = 400 << 20;
+
+/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy, and so is a text of
+/// two bytes a character; a triangle of 50 bytes takes 200 where it is looked at.
 pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
     match hints.into().format_of(bytes) {
         Some(Format::Las) => bytes.len() as u64,
@@ -33,6 +55,7 @@ pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
         Some(Format::Xyz | Format::Ptx | Format::Obj) if text::is_utf16(bytes) => {
             2 * bytes.len() as u64
         }
+        Some(format) if has_faces(bytes, format) => (4 * bytes.len() as u64).min(MOST_FOR_FACES),
         _ => 0,
     }
 }
@@ -40,14 +63,19 @@ pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{Limits, hostile::files, read};
+    use crate::formats::{Limits, Meshes, hostile::files, read};
 
     #[test]
     fn every_format_announces_as_many_points_as_it_has_or_a_few_more() {
         for (format, bytes) in files() {
-            let points = read(&bytes, None, &Limits::default()).unwrap().input_len as u64;
+            let meshes = Meshes { way: MeshWay::Vertices, ..Meshes::default() };
+            let hints = Hints { meshes, ..Hints::default() };
+            let points = read(&bytes, hints, &Limits::default()).unwrap().input_len as u64;
             let announced = announced_points(&bytes, None);
-            assert!((points..=5 * points + 8).contains(&announced), "{format}: {announced}");
+            let vertices = announced_points(&bytes, hints);
+            assert!((points..=5 * points + 8).contains(&vertices), "{format}: {vertices}");
+            let most = Meshes::MOST.get() as u64;
+            assert!(announced == vertices || announced == most, "{format}: {announced}");
         }
     }
 
@@ -72,7 +100,8 @@ mod tests {
         las[104] = 128;
         assert_eq!(announced_points(&las, None), 64 * 400);
         for format in Format::ALL {
-            assert!(announced_points(b"", Some(format)) <= 1, "{format}");
+            let most = if format == Format::Stl { Meshes::MOST.get() as u64 } else { 1 };
+            assert!(announced_points(b"", Some(format)) <= most, "{format}");
         }
     }
 }

@@ -9,7 +9,7 @@ pub enum FormatError {
     /// The format was not named and the bytes look like none that is known.
     #[error(
         "the format cannot be told from the first bytes ({start}): name it; known formats are \
-         ply, xyz (text, csv, pts), ptx, pcd, las (laz), e57, stl and obj; a text with many lines before its points needs the parameter skip_lines"
+         ply, xyz (text, csv, pts), ptx, pcd, las (laz), e57, stl, obj and off; a text with many lines before its points needs the parameter skip_lines"
     )]
     Unknown {
         /// The first bytes, made printable.
@@ -169,17 +169,28 @@ pub enum FormatError {
         /// The format read.
         format: Format,
     },
-    /// The vertices of a mesh are the corners of its faces alone.
+    /// Samples of faces are wanted where there are none.
+    #[error("there are no faces with an area to sample: leave the parameter mesh out")]
+    NoFaces,
+    /// Samples of more faces are wanted than are kept.
     #[error(
-        "the {vertices} vertices of this {format} mesh are the corners of large triangles, as CAD \
-         programs make them, and no scan of its surfaces: sample points on the triangles and send those \
-         (as text, vertices are taken as they are)"
+        "the faces of the mesh have more than {corners} corners, too many to sample: take mesh=vertices, or \
+         make a coarser mesh"
     )]
-    CadMesh {
-        /// The format read.
-        format: Format,
-        /// How many vertices there are.
-        vertices: usize,
+    TooManyFaces {
+        /// The most there may be.
+        corners: usize,
+    },
+    /// The spacing asked for makes more samples than there may be.
+    #[error(
+        "mesh_spacing makes {wanted} points of the mesh and there may be {most}: take a larger spacing, or \
+         raise mesh_points"
+    )]
+    TooManySamples {
+        /// Samples by the spacing.
+        wanted: u64,
+        /// The most there may be.
+        most: usize,
     },
     /// The file is in order but has no points.
     #[error("the {format} file has no points")]

@@ -1,11 +1,14 @@
 //! Texts of other kinds, whose numbers must not be taken for points.
 
-use super::text;
+use super::{off, text};
 
 /// How much of a text is looked at.
 const HEAD_BYTES: usize = 64 * 1024;
 
-const SAMPLE: &str = "sample points on its surfaces and send those";
+const SAMPLE: &str =
+    "convert it to STL, OBJ, OFF or PLY, or sample points on its surfaces and send those";
+const OFF: &str = "name its format, off, or send its vertices alone as text";
+const FACES: &str = "convert it to OFF or OBJ, or leave out its faces";
 const CONVERT: &str = "convert it to one of the formats read";
 
 /// A kind of text: what it is, and what to send instead.
@@ -46,7 +49,7 @@ pub(super) fn kind(bytes: &[u8]) -> Option<Kind> {
     let told = told.filter(|line| !line.is_empty() && !text::is_comment(line));
     let rows: Vec<Vec<&[u8]>> = told.take(30).map(fields).collect();
     if is_off(rows.first()?) {
-        return Some(("an OFF mesh", SAMPLE));
+        return Some(("an OFF mesh", OFF));
     }
     if is_dxf(&rows) {
         return Some(("a DXF drawing", CONVERT));
@@ -58,10 +61,10 @@ pub(super) fn kind(bytes: &[u8]) -> Option<Kind> {
         ));
     }
     if is_off_body(text, &rows) {
-        return Some(("an OFF mesh without its first word", SAMPLE));
+        return Some(("an OFF mesh without its first word", OFF));
     }
     let is_row = |row: &&Vec<&[u8]>| row.iter().filter(|f| text::number(f).is_some()).count() >= 3;
-    has_faces(text, rows.iter().find(is_row)?).then_some(("a mesh with faces", SAMPLE))
+    has_faces(text, rows.iter().find(is_row)?).then_some(("a mesh with faces", FACES))
 }
 
 fn fields(line: &[u8]) -> Vec<&[u8]> {
@@ -85,9 +88,7 @@ fn has_numbers(row: &[&[u8]], n: usize) -> bool {
 /// `OFF`, with letters before it for what each vertex has; counts may stand in the same line.
 fn is_off(first: &[&[u8]]) -> bool {
     let [word, counts @ ..] = first else { return false };
-    let letters = word.strip_suffix(b"OFF").or_else(|| word.strip_suffix(b"off"));
-    let known = |letters: &[u8]| letters.iter().all(|b| b"STCN4nstc".contains(b));
-    letters.is_some_and(known) && counts.iter().all(|c| count(c).is_some() || *c == b"BINARY")
+    off::is_header(word) && counts.iter().all(|c| count(c).is_some() || *c == b"BINARY")
 }
 
 /// `0` and `SECTION`, pairs of a code and a value.

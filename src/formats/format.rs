@@ -1,11 +1,11 @@
 use std::fmt;
 
-use super::{ptx, text};
+use super::{off, ptx, text};
 
 /// A format point clouds are read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// Stanford polygon file, ascii or binary: the vertices.
+    /// Stanford polygon file, ascii or binary: the vertices, or samples of the faces.
     Ply,
     /// Lines of text with three coordinates: XYZ, CSV, TSV, PTS.
     Xyz,
@@ -17,16 +17,27 @@ pub enum Format {
     Las,
     /// ASTM E57.
     E57,
-    /// Stereolithography, ascii or binary: the distinct vertices.
+    /// Stereolithography, ascii or binary: the distinct vertices, or samples of the triangles.
     Stl,
-    /// Wavefront OBJ: the vertices.
+    /// Wavefront OBJ: the vertices, or samples of the faces.
     Obj,
+    /// Geomview OFF: the vertices, or samples of the faces.
+    Off,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 8] =
-        [Self::Ply, Self::Xyz, Self::Ptx, Self::Pcd, Self::Las, Self::E57, Self::Stl, Self::Obj];
+    pub const ALL: [Self; 9] = [
+        Self::Ply,
+        Self::Xyz,
+        Self::Ptx,
+        Self::Pcd,
+        Self::Las,
+        Self::E57,
+        Self::Stl,
+        Self::Obj,
+        Self::Off,
+    ];
 
     /// The name used in settings and answers, for example `ply`.
     pub fn name(self) -> &'static str {
@@ -39,6 +50,7 @@ impl Format {
             Self::E57 => "e57",
             Self::Stl => "stl",
             Self::Obj => "obj",
+            Self::Off => "off",
         }
     }
 
@@ -53,6 +65,7 @@ impl Format {
             Self::E57 => &["e57"],
             Self::Stl => &["stl"],
             Self::Obj => &["obj"],
+            Self::Off => &["off"],
         }
     }
 
@@ -79,6 +92,7 @@ impl Format {
             ("model" | "application", "e57") => Some(Self::E57),
             ("model" | "application", "stl" | "sla" | "vnd.ms-pki.stl") => Some(Self::Stl),
             ("model" | "application", "obj") | ("text", "prs.wavefront-obj") => Some(Self::Obj),
+            ("model" | "application", "off") => Some(Self::Off),
             _ => None,
         }
     }
@@ -130,8 +144,9 @@ fn text_format(bytes: &[u8]) -> Option<Format> {
     let mut lines = text::lines(head).map(<[u8]>::trim_ascii);
     let first = lines.find(|line| !line.is_empty() && !text::is_comment(line))?;
     match first.split(u8::is_ascii_whitespace).next()? {
+        word if off::is_header(word) => Some(Format::Off),
         b"VERSION" | b"FIELDS" => Some(Format::Pcd),
-        b"solid" | b"SOLID" => Some(Format::Stl),
+        word if word.eq_ignore_ascii_case(b"solid") => Some(Format::Stl),
         b"v" | b"vn" | b"vt" | b"vp" | b"o" | b"g" | b"s" | b"f" | b"mtllib" | b"usemtl" => {
             Some(Format::Obj)
         }

@@ -1,7 +1,7 @@
-use super::{Format, ptx};
+use super::{Format, Meshes, ptx};
 
 /// What the sender knows of the bytes; all of it may be absent.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hints {
     /// The format; told from the bytes when absent.
     pub format: Option<Format>,
@@ -9,6 +9,8 @@ pub struct Hints {
     pub skip_lines: usize,
     /// Which columns of text are x, y and z; told from their names, or their place, when absent.
     pub columns: Option<Columns>,
+    /// How a mesh is read.
+    pub meshes: Meshes,
 }
 
 impl From<Option<Format>> for Hints {

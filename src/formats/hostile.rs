@@ -30,6 +30,7 @@ pub(super) fn files() -> Vec<(Format, Vec<u8>)> {
         (Format::Stl, stl::tests::binary_file()),
         (Format::Stl, stl::tests::ascii_file().into()),
         (Format::Obj, "# o\nv 1 2 3\nv 4 5 6 1 1 1\nf 1 2 1\n".into()),
+        (Format::Off, "OFF # o\n3 1 0\n1 2 3\n4 5 6\n7 8 9 # c\n3 0 1 2\n".into()),
     ]
 }
 

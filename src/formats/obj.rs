@@ -1,15 +1,25 @@
-//! OBJ (Wavefront): the `v` lines, with or without faces.
+//! OBJ (Wavefront): the `v` lines, and the faces where there are some.
 
-use super::{Bounds, Format, FormatError, error::excerpt, memory::room_for, mesh::Triangles, text};
+use super::{
+    Bounds, Format, FormatError,
+    error::excerpt,
+    memory::room_for,
+    mesh::{self, Faces, Meshes},
+    text,
+};
 use crate::geometry::{PointCloud, Vec3};
 
 /// Lines read between two looks at whether to go on: many hold no vertex.
 const LINES_A_LOOK: usize = 4096;
 
-/// Reads one point from each `v x y z [w | r g b]` line, in their order.
-pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
+/// Reads one point from each `v x y z [w | r g b]` line, in their order, or samples of the faces.
+pub(super) fn read(
+    bytes: &[u8],
+    how: &Meshes,
+    limits: &dyn Bounds,
+) -> Result<PointCloud, FormatError> {
     let mut points = room_for(most_points(bytes).min(limits.most()))?;
-    let mut triangles = Triangles::default();
+    let mut faces = Faces::default();
     for (index, line) in text::lines(text::without_bom(bytes)).enumerate() {
         if index % LINES_A_LOOK == 0 {
             limits.go_on()?;
@@ -20,20 +30,26 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
                 limits.check(points.len() as u64 + 1)?;
                 points.push(vertex(words, index + 1)?);
             }
-            Some(b"f") if triangles.are_wanted(points.len() as u64) => {
+            Some(b"f" | b"fo") if !faces.are_wanted() => faces.push(&[]),
+            Some(b"f" | b"fo") => {
                 let face: Option<Vec<u32>> = words.map(|word| corner(word, points.len())).collect();
-                triangles.push(&face.unwrap_or_default());
+                // a face that names what is none counts, for faces are told by their number
+                faces.push(&face.unwrap_or_default());
             }
             _ => {}
         }
     }
-    triangles.check(Format::Obj, &points)?;
-    Ok(PointCloud::from_points(points))
+    mesh::cloud(points, &faces, how, limits)
 }
 
 /// The most vertices that the lines can hold.
 pub(super) fn most_points(bytes: &[u8]) -> u64 {
     text::line_count(bytes)
+}
+
+/// Whether there are faces among the lines.
+pub(super) fn has_faces(bytes: &[u8]) -> bool {
+    text::lines(bytes).any(|line| line.trim_ascii_start().starts_with(b"f"))
 }
 
 /// The place of the vertex in a face's word: `7`, `7/1/2`, or `-1` for the last one so far.
@@ -67,7 +83,7 @@ mod tests {
     #[test]
     fn vertices_are_read_with_and_without_faces() {
         let text = b"# cube\r\no cube\nv 1 2 3\nvn 0 0 1\n v\t4 5 6 0.1 0.2 0.3\nf 1 2 1\n";
-        let cloud = read(text, &Limits::default()).unwrap();
+        let cloud = read(text, &Meshes::default(), &Limits::default()).unwrap();
         assert_eq!(cloud.points, [Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0)]);
     }
 
@@ -91,13 +107,17 @@ mod tests {
                 if first { Ok(()) } else { Err(FormatError::Stopped) }
             }
         }
-        assert_eq!(read(text.as_bytes(), &Second(&looks)), Err(FormatError::Stopped));
+        assert_eq!(
+            read(text.as_bytes(), &Meshes::default(), &Second(&looks)),
+            Err(FormatError::Stopped)
+        );
         assert_eq!(looks.into_inner(), 2);
     }
 
     #[test]
     fn errors_name_the_line() {
-        let error = |text: &[u8]| read(text, &Limits { max_points: 1 }).unwrap_err();
+        let error =
+            |text: &[u8]| read(text, &Meshes::default(), &Limits { max_points: 1 }).unwrap_err();
         let (format, line) = (Format::Obj, 2);
         assert_eq!(
             error(b"o a\nv 1 2\n"),
@@ -114,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn the_vertices_of_a_cad_mesh_are_refused_however_its_faces_count() {
+    fn the_faces_of_a_cad_mesh_are_sampled_however_they_count() {
         let (points, faces) = turned(64, 15.0, 40.0, 15.0);
         let vertices: String =
             points.iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z)).collect();
@@ -124,9 +144,14 @@ mod tests {
         for way in ways {
             let face = |f: &[u32; 3]| format!("f {} {} {}\n", way(f[0]), way(f[1]), way(f[2]));
             let file = vertices.clone() + &faces.iter().map(face).collect::<String>();
-            let refused = FormatError::CadMesh { format: Format::Obj, vertices: points.len() };
-            assert_eq!(read(file.as_bytes(), &Limits::default()), Err(refused));
+            let cloud = read(file.as_bytes(), &Meshes::default(), &Limits::default()).unwrap();
+            let mesh = cloud.mesh.unwrap();
+            assert_eq!((mesh.vertices, mesh.faces), (points.len(), faces.len()));
+            assert!(mesh.samples.is_some());
         }
-        assert_eq!(read(vertices.as_bytes(), &Limits::default()).unwrap().points, points);
+        assert_eq!(
+            read(vertices.as_bytes(), &Meshes::default(), &Limits::default()).unwrap().points,
+            points
+        );
     }
 }

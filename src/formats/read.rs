@@ -1,6 +1,6 @@
 use super::{
-    Bounds, Format, FormatError, Hints, e57, error::excerpt, foreign, las, obj, origin, pcd, ply,
-    ptx, stl, text, xyz,
+    Bounds, Format, FormatError, Hints, e57, error::excerpt, foreign, las, obj, off, origin, pcd,
+    ply, ptx, stl, text, xyz,
 };
 use crate::geometry::PointCloud;
 
@@ -17,6 +17,7 @@ pub fn read(
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
     let hints = hints.into();
+    let meshes = hints.meshes;
     if bytes.is_empty() {
         return Err(FormatError::Empty);
     }
@@ -38,14 +39,15 @@ pub fn read(
     let format = format.ok_or_else(|| FormatError::Unknown { start: excerpt(bytes) })?;
     check_parameters(&hints, format)?;
     let mut cloud = match format {
-        Format::Ply => ply::read(bytes, limits),
+        Format::Ply => ply::read(bytes, &meshes, limits),
         Format::Xyz => xyz::read(told(), &hints, limits),
         Format::Ptx => ptx::read(bytes, limits),
         Format::Pcd => pcd::read(bytes, limits),
         Format::Las => las::read(bytes, limits),
         Format::E57 => e57::read(bytes, limits),
-        Format::Stl => stl::read(bytes, limits),
-        Format::Obj => obj::read(bytes, limits),
+        Format::Stl => stl::read(bytes, &meshes, limits),
+        Format::Obj => obj::read(bytes, &meshes, limits),
+        Format::Off => off::read(bytes, &meshes, limits),
     }?;
     if cloud.input_len == 0 {
         return Err(FormatError::NoPoints { format });
@@ -118,13 +120,14 @@ mod tests {
 
     #[test]
     fn texts_of_other_kinds_are_named_also_where_they_are_called_text() {
-        let off = b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        let step = b"ISO-10303-21;\n1 2 3\n";
         for format in [None, Some(Format::Xyz)] {
-            let advice = "sample points on its surfaces and send those";
-            let refused = FormatError::Foreign { what: "an OFF mesh", advice };
-            assert_eq!(error(off, format), refused);
+            assert!(matches!(
+                error(step, format),
+                FormatError::Foreign { what: "a STEP model", .. }
+            ));
         }
-        assert!(matches!(error(off, Some(Format::Ply)), FormatError::Header { .. }));
+        assert!(matches!(error(step, Some(Format::Ply)), FormatError::Header { .. }));
     }
 
     #[test]

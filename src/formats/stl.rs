@@ -1,4 +1,4 @@
-//! STL, ascii and binary: the corners of the triangles, each place once.
+//! STL, ascii and binary: the corners of the triangles, each place once, and the triangles.
 //!
 //! A corner comes again in every triangle that meets there. A cloud with each point six times would
 //! mislead every count, so equal corners become one point, in the order of their first appearance.
@@ -6,7 +6,10 @@
 use std::hash::{BuildHasher, RandomState};
 
 use super::{
-    Bounds, Format, FormatError, format::is_binary_stl, memory::room_for, mesh::Triangles,
+    Bounds, Format, FormatError,
+    format::is_binary_stl,
+    memory::room_for,
+    mesh::{self, Faces, Meshes},
     text::Words,
 };
 use crate::geometry::{PointCloud, Vec3};
@@ -17,16 +20,19 @@ const TRIANGLE: usize = 50;
 /// Bytes of an ascii corner: `vertex 0 0 0` and a space.
 const ASCII_CORNER: usize = 13;
 
-/// Reads the distinct corners.
-pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
+/// Reads the distinct corners, or samples of the triangles.
+pub(super) fn read(
+    bytes: &[u8],
+    how: &Meshes,
+    limits: &dyn Bounds,
+) -> Result<PointCloud, FormatError> {
     let mut corners = Corners::default();
     if is_ascii(bytes) {
         ascii(bytes, &mut corners, limits)
     } else {
         binary(bytes, &mut corners, limits)
     }?;
-    corners.triangles.check(Format::Stl, &corners.points)?;
-    Ok(PointCloud::from_points(corners.points))
+    mesh::cloud(corners.points, &corners.faces, how, limits)
 }
 
 /// The most corners that the bytes can hold.
@@ -54,7 +60,7 @@ fn truncated(announced: u64, found: u64) -> FormatError {
 struct Corners {
     points: Vec<Vec3>,
     places: Places,
-    triangles: Triangles,
+    faces: Faces,
 }
 
 impl Corners {
@@ -63,9 +69,7 @@ impl Corners {
         for (place, corner) in places.iter_mut().zip(triangle) {
             *place = self.place(corner, limits)?;
         }
-        if self.triangles.are_wanted(self.points.len() as u64) {
-            self.triangles.push(&places);
-        }
+        self.faces.push(&places);
         Ok(())
     }
 
@@ -170,7 +174,7 @@ fn ascii(bytes: &[u8], corners: &mut Corners, limits: &dyn Bounds) -> Result<(),
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::formats::{Limits, mesh::tests::turned};
+    use crate::formats::{Limits, MeshWay, mesh::tests::turned};
 
     const CORNERS: [[f32; 3]; 6] = [
         [0.0, 0.0, 0.0],
@@ -208,11 +212,12 @@ pub(super) mod tests {
         let expected = [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, 1.0, 0.0], [1.5, 1.0, 0.0]];
         for file in [binary_file(), ascii_file().into_bytes()] {
             assert_eq!(Format::detect(&file), Some(Format::Stl));
-            let cloud = read(&file, &Limits { max_points: 4 }).unwrap();
+            let how = Meshes { way: MeshWay::Vertices, ..Meshes::default() };
+            let cloud = read(&file, &how, &Limits { max_points: 4 }).unwrap();
             let points: Vec<[f64; 3]> = cloud.points.iter().map(|&p| p.into()).collect();
             assert_eq!(points, expected);
             assert_eq!(
-                read(&file, &Limits { max_points: 3 }),
+                read(&file, &how, &Limits { max_points: 3 }),
                 Err(FormatError::TooManyPoints { points: 4, limit: 3 })
             );
         }
@@ -225,13 +230,13 @@ pub(super) mod tests {
         file[83] = 255;
         let announced = 3 * (255 * (1 << 24) + 2);
         assert_eq!(
-            read(&file, &Limits::default()),
+            read(&file, &Meshes::default(), &Limits::default()),
             Err(FormatError::Truncated { format: Format::Stl, announced, found: 6 })
         );
     }
 
     #[test]
-    fn a_cad_mesh_is_refused_and_words_may_be_in_capitals() {
+    fn a_cad_mesh_is_sampled_and_words_may_be_in_capitals() {
         let (points, faces) = turned(48, 10.0, 40.0, 10.0);
         let mut text = String::from("solid part\n");
         for face in faces {
@@ -243,8 +248,10 @@ pub(super) mod tests {
         }
         for text in [text.clone(), text.to_uppercase()] {
             assert_eq!(Format::detect(text.as_bytes()), Some(Format::Stl));
-            let refused = FormatError::CadMesh { format: Format::Stl, vertices: 98 };
-            assert_eq!(read(text.as_bytes(), &Limits::default()), Err(refused));
+            let cloud = read(text.as_bytes(), &Meshes::default(), &Limits::default()).unwrap();
+            let mesh = cloud.mesh.unwrap();
+            assert_eq!((mesh.vertices, mesh.faces), (98, 192));
+            assert!(mesh.samples.is_some());
         }
     }
 }

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::{LengthUnit, Vec3};
 
 /// The rows and columns of an organised cloud.
@@ -23,6 +25,8 @@ pub struct PointCloud {
     pub input_len: usize,
     /// Rows and columns, where the input was organised.
     pub grid: Option<Grid>,
+    /// The mesh, where the input was one.
+    pub mesh: Option<Arc<Mesh>>,
     /// The unit of its lengths, where the file states it.
     pub unit: Option<LengthUnit>,
     /// The step in which the file's numbers came before a pose was applied, as far as it is known: 0 where not.
@@ -33,6 +37,54 @@ pub struct PointCloud {
     pub labels: Option<Vec<i32>>,
     /// The outward normal at each stored point, of any length, where the input has them.
     pub normals: Option<Vec<[f32; 3]>>,
+}
+
+/// A mesh, of which the points are the vertices or samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertices of the file.
+    pub vertices: usize,
+    /// Faces of the file.
+    pub faces: usize,
+    /// What the points are samples of; the points are the vertices where it is absent.
+    pub samples: Option<MeshSamples>,
+}
+
+/// How the surface of a mesh was sampled, and what each sample is of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshSamples {
+    /// Distance of a sample from the next, were they on squares.
+    pub spacing: f64,
+    /// The largest distance of the curved surfaces from the flat faces that stand for them, but for a few. Samples scatter
+    /// by a fifth of it.
+    pub chord_error: f64,
+    /// Faces of the file.
+    pub faces: usize,
+    /// The face of each point.
+    pub face_of: Vec<u32>,
+    /// Faces with an area and without a sample, each with a sample near by.
+    pub stand_ins: Vec<[u32; 2]>,
+}
+
+impl MeshSamples {
+    /// The label of each face: the one that most of its samples have, the smaller one of two; -1 without any area.
+    pub fn face_labels(&self, labels: &[i32]) -> Vec<i32> {
+        let mut pairs: Vec<(u32, i32)> =
+            self.face_of.iter().zip(labels).map(|(face, label)| (*face, *label)).collect();
+        let label = |point: u32| labels.get(point as usize).copied().unwrap_or(-1);
+        pairs.extend(self.stand_ins.iter().map(|[face, point]| (*face, label(*point))));
+        pairs.sort_unstable();
+        let mut told = vec![-1; self.faces];
+        for of_face in pairs.chunk_by(|a, b| a.0 == b.0) {
+            let runs = of_face.chunk_by(|a, b| a.1 == b.1);
+            // the first of the longest
+            let most = runs.rev().max_by_key(|run| run.len());
+            if let Some(run) = most {
+                told[run[0].0 as usize] = run[0].1;
+            }
+        }
+        told
+    }
 }
 
 impl PointCloud {
@@ -46,6 +98,11 @@ impl PointCloud {
         let index = (0u32..).zip(&points).filter(|(_, p)| finite(p)).map(|(i, _)| i).collect();
         points.retain(finite);
         Self { points, input_index: Some(index), input_len, ..Self::default() }
+    }
+
+    /// What the points are samples of, where they are.
+    pub fn samples(&self) -> Option<&MeshSamples> {
+        self.mesh.as_deref().and_then(|mesh| mesh.samples.as_ref())
     }
 
     /// How many input points were left out because a coordinate was not finite.
@@ -69,6 +126,7 @@ impl PointCloud {
             unit: self.unit,
             resolution: self.resolution,
             holes_at_origin: 0,
+            mesh: None,
         }
     }
 

@@ -9,7 +9,7 @@ mod surface;
 mod unit;
 
 pub use classify::{CanonicalForm, QuadricType, classify};
-pub use cloud::{Grid, PointCloud};
+pub use cloud::{Grid, Mesh, MeshSamples, PointCloud};
 pub use frame::Frame;
 pub use quadric::{Quadric, Scale};
 pub use recover::{Recovered, Tolerance, recover, recover_local};

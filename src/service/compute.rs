@@ -2,7 +2,7 @@ use std::{sync::Arc, time::Instant};
 
 use super::{Answer, Input, Request, ServiceError, Timing};
 use crate::{
-    answer::{sha256, sha256_unless},
+    answer::{mesh_told, sha256, sha256_unless},
     formats::{self, Fields, Format, Hints, Limits, Watched},
     geometry::PointCloud,
     jobs::{Control, trace},
@@ -58,7 +58,9 @@ pub fn compute(
 
 /// The cloud with what its file says of each point beside where it is: its labels and normals.
 fn with_columns(mut cloud: PointCloud, bytes: &[u8], format: Option<Format>) -> PointCloud {
-    if format == Some(Format::Ply) && Fields::are_told(bytes) {
+    // samples of a mesh are none of the file's vertices
+    let is_sampled = cloud.samples().is_some();
+    if format == Some(Format::Ply) && !is_sampled && Fields::are_told(bytes) {
         let fields = Fields::of(bytes);
         cloud.labels = fields.labels().and_then(|all| cloud.of_stored(all));
         cloud.normals = fields.normals().and_then(|all| cloud.of_stored(all));
@@ -94,6 +96,7 @@ pub(super) fn read(
         skipped: cloud.skipped(),
         unit: request.unit.or(cloud.unit),
         resolution: resolution(&cloud),
+        mesh: cloud.mesh.as_deref().map(mesh_told),
     };
     Ok((cloud, input))
 }

@@ -21,7 +21,7 @@ pub use crate::answer::fits::{
     PassedThrough, RegionFit, Residuals, Verdict, fit_specs, unknown_fit_parameter,
 };
 pub use crate::answer::{
-    Answer, Document, Input, OPTIONS, ParameterForm, REPORT_POLICY, Request, Timing,
+    Answer, Document, Input, MeshInput, MeshPoints, OPTIONS, ParameterForm, REPORT_POLICY, Request, Timing,
     UnassignedPoints, is_list, sha256, sheet, specs, unknown_format, unknown_parameter,
 };
 pub use compute::compute;

@@ -54,13 +54,7 @@ fn bad_clouds() -> Vec<Case> {
             invalid,
             "extent_out_of_range",
         ),
-        case(
-            "a mesh",
-            "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-            415,
-            invalid,
-            "unknown_format",
-        ),
+        case("a mesh", "ISO-10303-21;\n0 0 0\n1 0 0\n0 1 0\n", 415, invalid, "unknown_format"),
         case("other columns", "a,b,c,d\n1,2,3,4\n", 422, invalid, "malformed_cloud"),
         case(
             "rows that count up",

@@ -26,6 +26,7 @@ mod files;
 mod hints;
 mod jobs;
 mod joints;
+mod meshes;
 mod parameters;
 mod properties;
 mod relations;

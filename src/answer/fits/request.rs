@@ -1,6 +1,7 @@
 use super::super::{
     AnswerError, ErrorKind, OPTIONS, Request,
-    request::{ASSOCIATIONS, ParameterForm, check_length, known_names},
+    options::ASSOCIATIONS,
+    request::{ParameterForm, check_length, known_names},
 };
 use super::document::{FitParameters, PassedThrough};
 use crate::{

@@ -91,6 +91,13 @@ fn cloud(document: &Document) -> Markup {
     html! {
         table.facts {
             tr { th { "points" } td { (count(document.input.points)) } }
+            @if let Some(mesh) = &document.input.mesh {
+                tr { th { "mesh" } td { (count(mesh.faces)) " faces, " (count(mesh.vertices)) " vertices" } }
+                @if let (Some(spacing), Some(error)) = (mesh.spacing, mesh.chord_error) {
+                    tr { th { "spacing of the points on its faces" } td { (number(spacing)) } }
+                    tr { th { "chord error of its faces" } td { (number(error)) } }
+                }
+            }
             @if document.input.skipped > 0 {
                 tr { th { "holes, or not finite" } td { (count(document.input.skipped)) } }
             }

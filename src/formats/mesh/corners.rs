@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::geometry::Vec3;
 
 /// The cosine of the angle between two faces of a sharp edge, 45 degrees: round parts are finer.
-const SHARP: f64 = std::f64::consts::FRAC_1_SQRT_2;
+pub(super) const SHARP: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Share of the vertices on sharp edges of a mesh that has no others: all but a few.
 const ALL: f64 = 0.9;
 /// Most digits behind the point that are looked for.
@@ -58,7 +58,7 @@ mod tests {
     use super::{super::tests::*, *};
 
     /// The same, turned and moved, with that many decimals.
-    fn rounded((points, faces): &Mesh, decimals: i32) -> Mesh {
+    fn rounded((points, faces): &Corners, decimals: i32) -> Corners {
         let turn = nalgebra::Rotation3::from_euler_angles(0.3, -0.7, 1.1);
         let scale = 10f64.powi(decimals);
         let round =
@@ -67,13 +67,13 @@ mod tests {
     }
 
     /// The same with corners of its own for each face.
-    fn unshared((points, faces): &Mesh) -> Mesh {
+    fn unshared((points, faces): &Corners) -> Corners {
         let corners: Vec<_> = faces.iter().flatten().map(|&i| points[i as usize]).collect();
         let faces = (0..corners.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
         (corners, faces.collect())
     }
 
-    fn boxes(n: usize) -> Mesh {
+    fn boxes(n: usize) -> Corners {
         let (mut points, mut faces) = (Vec::new(), Vec::new());
         for k in 0..n {
             let begin = points.len() as u32;
@@ -89,22 +89,22 @@ mod tests {
     }
 
     #[test]
-    fn cad_meshes_are_refused_with_few_digits_and_with_unshared_corners() {
+    fn cad_meshes_are_sampled_with_few_digits_and_with_unshared_corners() {
         for sides in [24, 64, 360] {
             for top in [15.0, 4.0] {
                 let mesh = turned(sides, 15.0, 40.0, top);
                 for mesh in [rounded(&mesh, 3), unshared(&mesh), unshared(&rounded(&mesh, 3))] {
-                    assert!(is_refused(&mesh), "{sides} sides, {top}");
+                    assert!(is_sampled(&mesh), "{sides} sides, {top}");
                 }
             }
         }
     }
 
     #[test]
-    fn boxes_are_refused_however_many_they_are() {
+    fn boxes_are_sampled_however_many_they_are() {
         for n in [2, 25, 100] {
             for mesh in [boxes(n), rounded(&boxes(n), 3), unshared(&boxes(n))] {
-                assert!(is_refused(&mesh), "{n} boxes");
+                assert!(is_sampled(&mesh), "{n} boxes");
             }
         }
     }
@@ -117,7 +117,7 @@ mod tests {
                     let along = |i: u32| f64::from(i) * 0.5 * f64::powf(uneven, f64::from(i) / 3.0);
                     let mesh = scan(rows, columns, 1.0, along, noise);
                     for mesh in [rounded(&mesh, 3), unshared(&mesh), unshared(&rounded(&mesh, 2))] {
-                        assert!(!is_refused(&mesh), "{rows} x {columns}, {noise}, {uneven}");
+                        assert!(!is_sampled(&mesh), "{rows} x {columns}, {noise}, {uneven}");
                     }
                 }
             }

@@ -3,22 +3,24 @@
 use std::f64::consts::TAU;
 
 use super::*;
+use crate::formats::Limits;
 
-pub(in crate::formats) type Mesh = (Vec<Vec3>, Vec<[u32; 3]>);
+pub(in crate::formats) type Corners = (Vec<Vec3>, Vec<[u32; 3]>);
 
-pub(in crate::formats) fn is_refused((points, faces): &Mesh) -> bool {
-    let mut triangles = Triangles::default();
-    faces.iter().for_each(|face| triangles.push(face));
-    let told = triangles.check(Format::Stl, points);
-    assert!(
-        told.is_ok()
-            || told == Err(FormatError::CadMesh { format: Format::Stl, vertices: points.len() })
-    );
-    told.is_err()
+/// The cloud of a mesh.
+pub(in crate::formats) fn cloud_of((points, faces): &Corners, how: &Meshes) -> PointCloud {
+    let mut all = Faces::default();
+    faces.iter().for_each(|face| all.push(face));
+    cloud(points.clone(), &all, how, &Limits::default()).unwrap()
+}
+
+pub(in crate::formats) fn is_sampled(mesh: &Corners) -> bool {
+    let told = cloud_of(mesh, &Meshes::default()).mesh;
+    told.is_some_and(|mesh| mesh.samples.is_some())
 }
 
 /// A closed cylinder or cone as CAD programs mesh it: vertices on the rims and axis alone.
-pub(in crate::formats) fn turned(sides: u32, radius: f64, height: f64, top: f64) -> Mesh {
+pub(in crate::formats) fn turned(sides: u32, radius: f64, height: f64, top: f64) -> Corners {
     let mut points = vec![Vec3::zeros(), Vec3::new(0.0, 0.0, height)];
     for i in 0..sides {
         let (sin, cos) = (TAU * f64::from(i) / f64::from(sides)).sin_cos();
@@ -41,7 +43,7 @@ pub(in crate::formats) fn scan(
     across: f64,
     along: impl Fn(u32) -> f64,
     noise: f64,
-) -> Mesh {
+) -> Corners {
     let mut state = 1u64;
     let mut random = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
@@ -60,11 +62,11 @@ pub(in crate::formats) fn scan(
 }
 
 #[test]
-fn cad_meshes_of_any_fineness_are_refused() {
+fn cad_meshes_of_any_fineness_are_sampled() {
     for sides in [24, 32, 64, 360, 2000] {
-        assert!(is_refused(&turned(sides, 15.0, 40.0, 15.0)), "cylinder of {sides} sides");
-        assert!(is_refused(&turned(sides, 10.0, 25.0, 0.001)), "cone of {sides} sides");
-        assert!(is_refused(&turned(sides, 10.0, 25.0, 4.0)), "frustum of {sides} sides");
+        assert!(is_sampled(&turned(sides, 15.0, 40.0, 15.0)), "cylinder of {sides} sides");
+        assert!(is_sampled(&turned(sides, 10.0, 25.0, 0.001)), "cone of {sides} sides");
+        assert!(is_sampled(&turned(sides, 10.0, 25.0, 4.0)), "frustum of {sides} sides");
     }
     // a plate with many bores: its faces are flat, its triangles small beside it
     let (mut points, mut faces) = (Vec::new(), Vec::new());
@@ -74,19 +76,19 @@ fn cad_meshes_of_any_fineness_are_refused() {
         points.extend(corners.iter().map(|p| p + Vec3::new(place, 0.0, 0.0)));
         faces.extend(corner_faces.iter().map(|f| f.map(|i| i + begin)));
     }
-    assert!(is_refused(&(points, faces)));
+    assert!(is_sampled(&(points, faces)));
 }
 
 #[test]
 fn meshes_of_scans_are_taken_however_uneven() {
     let even = |step: f64| move |i: u32| f64::from(i) * step;
     for noise in [0.0, 0.01, 0.5] {
-        assert!(!is_refused(&scan(60, 60, 1.0, even(1.0), noise)));
+        assert!(!is_sampled(&scan(60, 60, 1.0, even(1.0), noise)));
     }
     // lines far apart, and points that thin out with the distance from the scanner
-    assert!(!is_refused(&scan(20, 600, 1.0, even(0.02), 0.002)));
-    assert!(!is_refused(&scan(40, 200, 0.5, |i| 1.03f64.powi(i as i32), 0.002)));
-    assert!(!is_refused(&scan(3, 20, 0.1, even(0.1), 0.001)));
+    assert!(!is_sampled(&scan(20, 600, 1.0, even(0.02), 0.002)));
+    assert!(!is_sampled(&scan(40, 200, 0.5, |i| 1.03f64.powi(i as i32), 0.002)));
+    assert!(!is_sampled(&scan(3, 20, 0.1, even(0.1), 0.001)));
 }
 
 #[test]
@@ -101,15 +103,15 @@ fn scans_with_large_triangles_over_gaps_and_flat_floors_are_taken() {
         let (low, far) = (row * 50 + 49, begin + row * 50);
         faces.extend([[low, far, low + 50], [far, far + 50, low + 50]]);
     }
-    assert!(!is_refused(&(points, faces)));
+    assert!(!is_sampled(&(points, faces)));
     // a floor that is exact, thinning out with the distance
-    assert!(!is_refused(&scan(60, 120, 0.5, |i| 1.04f64.powi(i as i32), 0.0)));
+    assert!(!is_sampled(&scan(60, 120, 0.5, |i| 1.04f64.powi(i as i32), 0.0)));
 }
 
 #[test]
 fn a_cloud_with_a_few_large_faces_is_a_cloud() {
     let (points, _) = scan(60, 60, 1.0, f64::from, 0.01);
-    assert!(!is_refused(&(points, vec![[0, 59, 3599], [0, 3599, 3540]])));
+    assert!(!is_sampled(&(points, vec![[0, 59, 3599], [0, 3599, 3540]])));
 }
 
 #[test]
@@ -125,15 +127,15 @@ fn a_fine_mesh_of_a_sphere_samples_it() {
     let next = |i: u32| i - i % sides + (i + 1) % sides;
     let faces = (0..(rings - 1) * sides)
         .flat_map(|i| [[i, i + sides, next(i)], [next(i), i + sides, next(i) + sides]]);
-    assert!(!is_refused(&(points.collect(), faces.collect())));
+    assert!(!is_sampled(&(points.collect(), faces.collect())));
 }
 
 #[test]
 fn faces_that_are_none_are_passed_over() {
     let (points, _) = turned(64, 15.0, 40.0, 15.0);
     for faces in [vec![], vec![[0, 0, 0]], vec![[0, 1, u32::MAX]]] {
-        assert!(!is_refused(&(points.clone(), faces)));
+        assert!(!is_sampled(&(points.clone(), faces)));
     }
-    assert!(!is_refused(&(vec![Vec3::repeat(f64::NAN); 3], vec![[0, 1, 2]])));
-    assert!(!is_refused(&(vec![], vec![[0, 1, 2]])));
+    assert!(!is_sampled(&(vec![Vec3::repeat(f64::NAN); 3], vec![[0, 1, 2]])));
+    assert!(!is_sampled(&(vec![], vec![[0, 1, 2]])));
 }

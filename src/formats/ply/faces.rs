@@ -1,27 +1,31 @@
-//! The faces of a mesh, to tell CAD meshes from scans. What is wrong with them is passed over: nobody
-//! asked for them.
+//! The faces of a mesh. A list cut short ends them: a cloud's points are all there, whatever follows.
 
-use super::super::{Format, mesh::Triangles, scalar::Endian, text::Words};
+use super::super::{Format, mesh::Faces, scalar::Endian, text::Words};
 use super::{
     ascii, binary,
     header::{Element, Encoding, Header, Kind},
 };
 
-/// The triangles of the faces in a file with `vertices` vertices, as far as they are of use.
-pub(super) fn read(bytes: &[u8], header: &Header, vertices: usize) -> Triangles {
-    let mut triangles = Triangles::default();
-    let faces = header.elements.iter().position(|e| e.is_named("face") && e.count > 0);
-    if let Some(element) = faces.filter(|_| triangles.are_wanted(vertices as u64)) {
+/// The faces in a file, as far as they are of use.
+pub(super) fn read(bytes: &[u8], header: &Header) -> Faces {
+    let mut faces = Faces::default();
+    if let Some(element) = element(header) {
         let read = match header.encoding {
-            Encoding::Ascii => ascii_faces(bytes, header, element, &mut triangles),
-            Encoding::Binary(endian) => {
-                binary_faces(bytes, header, element, endian, &mut triangles)
-            }
+            Encoding::Ascii => ascii_faces(bytes, header, element, &mut faces),
+            Encoding::Binary(endian) => binary_faces(bytes, header, element, endian, &mut faces),
         };
         // the faces read before the first that is cut off do
         let _ = read;
+        if !faces.are_wanted() {
+            faces.set_count(header.elements[element].count);
+        }
     }
-    triangles
+    faces
+}
+
+/// The place of the faces among the elements.
+pub(super) fn element(header: &Header) -> Option<usize> {
+    header.elements.iter().position(|e| e.is_named("face") && e.count > 0)
 }
 
 /// The place of the list of corners among the properties.
@@ -37,7 +41,7 @@ fn binary_faces(
     header: &Header,
     element: usize,
     endian: Endian,
-    triangles: &mut Triangles,
+    faces: &mut Faces,
 ) -> Option<()> {
     let mut body = binary::Body::new(&bytes[header.body..], endian);
     header.elements[..element].iter().try_for_each(|other| body.skip(other))?;
@@ -53,20 +57,15 @@ fn binary_faces(
                 kind => body.property(kind).map(drop)?,
             }
         }
-        triangles.push(&face);
-        if !triangles.are_wanted(0) {
+        faces.push(&face);
+        if !faces.are_wanted() {
             break;
         }
     }
     Some(())
 }
 
-fn ascii_faces(
-    bytes: &[u8],
-    header: &Header,
-    element: usize,
-    triangles: &mut Triangles,
-) -> Option<()> {
+fn ascii_faces(bytes: &[u8], header: &Header, element: usize, faces: &mut Faces) -> Option<()> {
     let mut words = Words::new(Format::Ply, bytes, header.body);
     for other in &header.elements[..element] {
         ascii::skip(&mut words, other).ok()??;
@@ -86,8 +85,8 @@ fn ascii_faces(
                 ascii::skip_list(&mut words, property.kind, word).ok()??;
             }
         }
-        triangles.push(&face);
-        if !triangles.are_wanted(0) {
+        faces.push(&face);
+        if !faces.are_wanted() {
             break;
         }
     }

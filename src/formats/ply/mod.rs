@@ -1,4 +1,4 @@
-//! PLY (G. Turk, The PLY polygon file format, 1994): the vertices, from ascii and binary files.
+//! PLY (G. Turk, The PLY polygon file format, 1994): the vertices and faces, from ascii and binary files.
 //!
 //! Other elements and properties are skipped, lists among them. An own reader: records of a fixed
 //! length decode at memory speed, and no announced count is believed before the bytes are there.
@@ -12,22 +12,40 @@ mod header;
 pub use fields::Fields;
 use header::{Encoding, Header};
 
-use super::{Bounds, Format, FormatError};
+use super::{
+    Bounds, FormatError,
+    mesh::{self, MeshWay, Meshes},
+};
 use crate::geometry::PointCloud;
 
 /// Reads the vertices of a PLY file in their order.
 ///
 /// Range grids keep that order too: `obj_info num_cols` and `num_rows` give the cloud its grid where
 /// they match the number of vertices, holes being vertices with NaN coordinates.
-pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
+pub(super) fn read(
+    bytes: &[u8],
+    how: &Meshes,
+    limits: &dyn Bounds,
+) -> Result<PointCloud, FormatError> {
     let header = Header::parse(bytes)?;
     let vertex = header.vertex()?;
     let points = match header.encoding {
         Encoding::Ascii => ascii::read(bytes, &header, &vertex, limits)?,
         Encoding::Binary(endian) => binary::read(bytes, &header, &vertex, endian, limits)?,
     };
-    faces::read(bytes, &header, points.len()).check(Format::Ply, &points)?;
-    Ok(PointCloud { grid: header.grid(points.len()), ..PointCloud::from_points(points) })
+    let grid = header.grid(points.len());
+    let faces = match how.way {
+        MeshWay::Vertices => mesh::Faces::default(),
+        _ => faces::read(bytes, &header),
+    };
+    let cloud = mesh::cloud(points, &faces, how, limits)?;
+    // samples lie on no grid
+    Ok(PointCloud { grid: grid.filter(|_| cloud.mesh.is_none()), ..cloud })
+}
+
+/// Whether the header announces faces.
+pub(super) fn has_faces(bytes: &[u8]) -> bool {
+    Header::parse(bytes).is_ok_and(|header| faces::element(&header).is_some())
 }
 
 /// The points that the header announces, as far as the bytes can hold them.

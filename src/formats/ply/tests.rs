@@ -3,7 +3,7 @@ use crate::formats::Format;
 use crate::formats::Limits;
 
 fn parse(bytes: &[u8]) -> Result<PointCloud, FormatError> {
-    read(bytes, &Limits::default())
+    read(bytes, &Meshes::default(), &Limits::default())
 }
 
 fn ascii(header: &str, body: &str) -> Vec<u8> {
@@ -122,8 +122,11 @@ fn an_empty_element_of_any_count_takes_no_time() {
 fn the_limit_holds_at_the_cap_and_one_above() {
     let text = |n: usize| ascii(&format!("element vertex {n}\n{XYZ}"), &"1 2 3\n".repeat(n));
     let limits = Limits { max_points: 3 };
-    assert!(read(&text(3), &limits).is_ok());
-    assert_eq!(read(&text(4), &limits), Err(FormatError::TooManyPoints { points: 4, limit: 3 }));
+    assert!(read(&text(3), &Meshes::default(), &limits).is_ok());
+    assert_eq!(
+        read(&text(4), &Meshes::default(), &limits),
+        Err(FormatError::TooManyPoints { points: 4, limit: 3 })
+    );
 }
 
 #[test]
@@ -177,12 +180,13 @@ fn cad(format: &str, faces_first: bool) -> Vec<u8> {
 }
 
 #[test]
-fn the_vertices_of_a_cad_mesh_are_refused() {
+fn the_faces_of_a_cad_mesh_are_sampled() {
     for format in ["ascii", "binary_big_endian"] {
         for faces_first in [false, true] {
             let file = cad(format, faces_first);
-            let refused = FormatError::CadMesh { format: Format::Ply, vertices: 130 };
-            assert_eq!(parse(&file), Err(refused), "{format}");
+            let mesh = parse(&file).unwrap().mesh.unwrap();
+            assert_eq!((mesh.vertices, mesh.faces), (130, 256), "{format}");
+            assert!(mesh.samples.is_some(), "{format}");
             // the same vertices without faces are points
             let text = String::from_utf8_lossy(&file).into_owned();
             if format == "ascii" && !faces_first {

@@ -101,6 +101,7 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
         Ok(unit) => request.set("unit", &word(unit.as_str_name(), "LENGTH_UNIT_"))?,
         Err(_) => return Err(unknown_number("unit", message.unit)),
     }
+    request.set_mesh_message(message)?;
     if let Some(name) = &message.name {
         request.set("name", name)?;
     }
@@ -117,6 +118,21 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
 }
 
 impl Request {
+    fn set_mesh_message(&mut self, message: &v1::SegmentRequest) -> Result<(), ServiceError> {
+        match v1::MeshWay::try_from(message.mesh) {
+            Ok(v1::MeshWay::Unspecified) => {}
+            Ok(way) => self.set("mesh", &word(way.as_str_name(), "MESH_WAY_"))?,
+            Err(_) => return Err(unknown_number("mesh", message.mesh)),
+        }
+        if let Some(spacing) = message.mesh_spacing {
+            self.set("mesh_spacing", &spacing.to_string())?;
+        }
+        if let Some(points) = message.mesh_points {
+            self.set("mesh_points", &points.to_string())?;
+        }
+        Ok(())
+    }
+
     fn set_enums(&mut self, p: &v1::Parameters) -> Result<(), ServiceError> {
         match v1::Method::try_from(p.method) {
             Ok(v1::Method::Unspecified) => {}

@@ -1,7 +1,7 @@
 use super::{count, parameters::format_to_message, v1};
 use crate::{
     segment::{Counters, Sampling, SamplingKind, Warning},
-    service::{Document, Input, Timing, UnassignedPoints},
+    service::{Document, Input, MeshInput, MeshPoints, Timing, UnassignedPoints},
 };
 
 impl From<Document> for v1::Segmentation {
@@ -12,6 +12,7 @@ impl From<Document> for v1::Segmentation {
             parameters: Some((&document.parameters).into()),
             regions: document.regions.iter().map(Into::into).collect(),
             labels: document.labels.unwrap_or_default(),
+            face_labels: document.face_labels.unwrap_or_default(),
             unassigned: Some(document.unassigned.into()),
             sampling: document.sampling.map(Into::into),
             warnings: document.warnings.into_iter().map(Into::into).collect(),
@@ -35,8 +36,25 @@ impl From<&Input> for v1::Input {
             sha256: input.sha256.clone(),
             format: format_to_message(&input.format).into(),
             skipped: count(input.skipped),
+            mesh: input.mesh.as_ref().map(Into::into),
             unit: input.unit.map_or(v1::LengthUnit::Unspecified, v1::LengthUnit::from).into(),
             resolution: Some(v1::Vector { x, y, z }),
+        }
+    }
+}
+
+impl From<&MeshInput> for v1::MeshInput {
+    fn from(mesh: &MeshInput) -> Self {
+        let points = match mesh.points {
+            MeshPoints::Vertices => v1::MeshPoints::Vertices,
+            MeshPoints::Samples => v1::MeshPoints::Samples,
+        };
+        Self {
+            points: points.into(),
+            vertices: count(mesh.vertices),
+            faces: count(mesh.faces),
+            spacing: mesh.spacing,
+            chord_error: mesh.chord_error,
         }
     }
 }

@@ -3,6 +3,7 @@
 pub mod clouds;
 pub mod curves;
 pub mod features;
+pub mod facets;
 pub mod related;
 pub mod solid;
 pub mod step;
