@@ -12,7 +12,7 @@ use crate::geometry::{Mat3, Vec3, perpendicular_frame};
 
 constants! {
     /// Steps of a fit, those that are refused among them.
-    STEPS: usize = 30, Effort("steps of one fit");
+    STEPS: usize = 60, Effort("steps of one fit");
     /// Share of its cost below which a step of that is none.
     NO_STEP: f64 = 1e-10, Effort("steps of one fit");
 }

@@ -21,8 +21,8 @@ pub use crate::answer::fits::{
     PassedThrough, RegionFit, Residuals, Verdict, fit_specs, unknown_fit_parameter,
 };
 pub use crate::answer::{
-    Answer, Document, Input, MeshInput, MeshPoints, OPTIONS, ParameterForm, REPORT_POLICY, Request, Timing,
-    UnassignedPoints, is_list, sha256, sheet, specs, unknown_format, unknown_parameter,
+    Answer, Document, Input, MeshInput, MeshPoints, OPTIONS, ParameterForm, REPORT_POLICY, Request,
+    Timing, UnassignedPoints, is_list, sha256, sheet, specs, unknown_format, unknown_parameter,
 };
 pub use compute::compute;
 pub use error::{ERRORS, ErrorKind, ErrorRow, ServiceError};

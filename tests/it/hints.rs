@@ -118,3 +118,20 @@ async fn the_labels_of_a_result_are_places_of_the_next_request() {
     assert_eq!(counted, format!("{} points lie there", 6000 - outside));
     assert!(inside > 9 * (6000 - outside) / 10, "{inside} of {}", 6000 - outside);
 }
+
+#[test]
+fn hints_give_the_same_bytes_on_any_number_of_threads() {
+    let directory = tempfile::tempdir().unwrap();
+    let input = directory.path().join("cloud.ply");
+    fs::write(&input, clouds::ply(&clouds::bracket(6000))).unwrap();
+    let run = |threads: &str| {
+        let output = directory.path().join("r.json");
+        let [input, output] = [&input, &output].map(|path| path.to_str().unwrap());
+        let hints = told().to_string();
+        let args = ["segment", input, "-o", output, "--hints", &hints, "--threads", threads];
+        let run = conicoid(&args, None);
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        essence(serde_json::from_slice(&fs::read(output).unwrap()).unwrap())
+    };
+    assert_eq!(run("1"), run("4"));
+}

@@ -30,8 +30,8 @@ async fn a_packed_cloud_takes_the_room_of_its_points_or_is_refused() {
     assert!(file.len() < 8_000);
     let needed = file.len() + 24 * POINTS;
     for (room, status, code) in [
-        // it is read, and the points are all one
-        (needed, 422, "extent_out_of_range"),
+        // it is read, and its points are holes: all lie at exactly 0, 0, 0
+        (needed, 422, "no_finite_points"),
         (needed - 1, 413, "too_many_points"),
     ] {
         let running = start(&[&format!("--max-bytes-in-flight={room}")]).await;
@@ -65,7 +65,7 @@ async fn the_lane_is_chosen_by_the_points_and_not_by_the_bytes() {
     tokio::task::yield_now().await;
     // a few hundred bytes, and more points than the small lane takes: nothing is in its way
     let answer = running.post("", packed(1001)).await;
-    assert_eq!(problem(answer).await, (422, "extent_out_of_range".to_owned()));
+    assert_eq!(problem(answer).await, (422, "no_finite_points".to_owned()));
     let waits = running.post("deadline=0.1", packed(1000)).await;
     assert_eq!(problem(waits).await, (504, "deadline_exceeded".to_owned()));
 }

@@ -223,7 +223,7 @@ fn a_bad_flag_or_file_ends_the_command_with_a_clear_message() {
         (["segment", "-", "--min-points=2"], "a whole number from 10"),
         (["segment", "-", "--surfaces=blob"], "blob"),
         (["segment", "-", "--threads=0"], "a whole number above 0"),
-        (["segment", "-", "--format=dwg"], "ply, xyz, pcd"),
+        (["segment", "-", "--format=dwg"], "ply, xyz, ptx, pcd"),
         (["segment", "-", "--output-format=dwg"], "json, pb, npy, ply, csv"),
         (["segment", "-", "--seed=1"], "the input is empty"),
     ] {

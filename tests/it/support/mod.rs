@@ -2,8 +2,8 @@
 
 pub mod clouds;
 pub mod curves;
-pub mod features;
 pub mod facets;
+pub mod features;
 pub mod related;
 pub mod solid;
 pub mod step;

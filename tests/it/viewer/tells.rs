@@ -58,19 +58,19 @@ async fn faces_are_split_at_two_clicks_and_merged_again() {
     shown.click(0.0, 15.0, None).await;
     shown.browser.press("[data-edit=split]").await;
     assert!(shown.text("#card").await.contains("0 so far"));
-    shown.click(-15.0, -15.0, None).await;
+    shown.click(0.0, 14.0, None).await;
     // the ball is none of its parts
     shown.click(-10.0, 0.0, None).await;
     assert!(shown.text("#card").await.contains("1 so far"));
-    shown.click(15.0, -15.0, None).await;
+    shown.click(0.0, -14.0, None).await;
     shown.runs("document.querySelector('#card [data-edit=split]').click()").await;
     assert!(
         shown.text("#summary").await.contains("4 surfaces"),
         "{}",
         shown.text("#summary").await
     );
-    shown.click(-15.0, -15.0, None).await;
-    shown.click(15.0, -15.0, Some(SHIFT)).await;
+    shown.click(0.0, 14.0, None).await;
+    shown.click(0.0, -14.0, Some(SHIFT)).await;
     assert_eq!(shown.selected().await.len(), 2);
     shown.runs("document.querySelector('#card [data-edit=merge]').click()").await;
     assert!(
@@ -93,7 +93,7 @@ async fn faces_are_split_at_two_clicks_and_merged_again() {
 async fn one_part_alone_is_run_and_relations_select_their_surfaces() {
     let shown = Shown::start(&[]).await.with_scene().await;
     // the tube stands upright on the plate
-    let row = "[...document.querySelectorAll('#relations li')].findIndex(li => li.innerText.startsWith('perpendicular'))";
+    let row = "[...document.querySelectorAll('#relations li')].findIndex(li => li.textContent.startsWith('perpendicular'))";
     let row = shown.browser.eval(row).await.as_i64().unwrap();
     assert!(row >= 0, "{}", shown.text("#related").await);
     shown

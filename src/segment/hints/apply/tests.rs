@@ -175,15 +175,3 @@ fn strips_that_were_taken_for_planes_are_one_cylinder_once_that_is_said() {
     assert_eq!(found.hints[0].outcome, Outcome::Applied, "{:?}", found.hints[0]);
     assert_eq!((found.regions.len(), radius(&found, 0).0), (1, 10.0));
 }
-
-#[test]
-fn hints_give_the_same_bytes_on_any_number_of_threads() {
-    let points = arc(3000, 0.5, 11);
-    let told = Hint { radius: Some(10.0), ..at(Vec3::new(10.0, 0.0, 0.0), SurfaceType::Cylinder) };
-    let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let found = pool.install(|| found(&points, &[told.clone()]));
-        (serde_json::to_string(&found).unwrap(), found.labels)
-    };
-    assert_eq!(run(1), run(4));
-}
