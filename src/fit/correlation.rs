@@ -47,7 +47,8 @@ impl Correlation {
 
     /// That of residuals of deviation `sigma` about a surface with `freedoms` degrees of freedom.
     pub fn of(blocks: &[Block], freedoms: usize, sigma: f64) -> Self {
-        if blocks.len() < freedoms + LEAST.get() || !(sigma > 0.0) {
+        let is_exact = sigma.is_nan() || sigma <= 0.0;
+        if blocks.len() < freedoms + LEAST.get() || is_exact {
             return Self::none();
         }
         let contrasts = Contrasts::of(blocks, freedoms, sigma);
@@ -96,7 +97,7 @@ fn lengths(blocks: &[Block]) -> Vec<f64> {
     apart.sort_by(f64::total_cmp);
     let shortest =
         apart.get(apart.len() / 2).map_or(longest, |d| SHORTEST.get() * d.sqrt()).min(longest);
-    if !(shortest > 0.0) {
+    if shortest.is_nan() || shortest <= 0.0 {
         return Vec::new();
     }
     std::iter::successors(Some(shortest), |l| Some(l * LENGTH_STEP.get()))

@@ -243,7 +243,7 @@ async fn the_reference_lists_every_operation_schema_and_code() {
     let browser = Browser::start().await;
     browser.open(&running, "/docs#too_few_points").await;
     browser.wait("document.getElementById('codes').rows.length > 10").await;
-    assert_eq!(browser.eval("document.querySelectorAll('#operations section').length").await, 8);
+    assert_eq!(browser.eval("document.querySelectorAll('#operations section').length").await, 9);
     assert_eq!(browser.eval("document.getElementById('too_few_points').className").await, "here");
     let missing = browser
         .eval("['not_found', 'method_not_allowed'].filter(c => !document.getElementById(c))");

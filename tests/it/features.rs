@@ -160,8 +160,9 @@ fn check(
             step[*slot] = h;
             held.pose.stepped(&step).unwrap()
         };
-        // far less than the curvature of a thin tube
-        let h = f64::min(1e-6, 1e-3 * held.bound.abs());
+        // a line's tube bends by its own radius: far less than that, where it is thin
+        let is_thin = kind == FeatureType::Line;
+        let h = if is_thin { f64::min(1e-6, 1e-3 * held.bound.abs()) } else { 1e-6 };
         let (ahead, behind) = (at(h), at(-h));
         let balance: f64 = held
             .contacts

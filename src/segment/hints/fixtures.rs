@@ -36,7 +36,7 @@ pub fn edge(n: usize) -> Vec<Vec3> {
     let mut point = |k: usize| {
         let (u, v) = (random.uniform(0.0, 10.0), random.uniform(0.0, 10.0));
         let noise = SIGMA * random.normal();
-        if k % 2 == 0 { Vec3::new(-u, v, noise) } else { Vec3::new(noise, v, -u) }
+        if k.is_multiple_of(2) { Vec3::new(-u, v, noise) } else { Vec3::new(noise, v, -u) }
     };
     (0..n).map(&mut point).collect()
 }

@@ -111,7 +111,7 @@ impl Shown {
 
     /// The texts of the rows that are selected.
     async fn selected(&self) -> Vec<String> {
-        let rows = "[...document.querySelectorAll('.region[aria-pressed=true] span:first-child')].map(e => e.innerText)";
+        let rows = "[...document.querySelectorAll('#regions .region[aria-pressed=true] span:first-child')].map(e => e.innerText)";
         serde_json::from_value(self.browser.eval(rows).await).unwrap()
     }
 

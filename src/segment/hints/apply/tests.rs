@@ -83,7 +83,7 @@ fn a_direction_that_is_known_is_held_to_the_digit() {
     let direction = [0.0, 0.0, -2.0];
     let at = vec![[-5.0, 5.0, 0.0]];
     let told = Hint { at, axis_direction: Some(direction), ..Hint::default() };
-    let held = found(&points, &[told.clone()]);
+    let held = found(&points, std::slice::from_ref(&told));
     let id = held.hints[0].regions[0];
     assert_eq!(held.hints[0].outcome, Outcome::Applied, "{:?}", held.hints[0]);
     let Some(Surface::Plane(plane)) = held.regions[id].surface else { panic!() };
@@ -106,7 +106,7 @@ fn a_region_is_split_where_somebody_points_at_both_sides_and_merged_again() {
     assert_eq!(found(&points, &[]).regions.len(), 1);
     let places = vec![[-5.0, 5.0, 0.0], [5.0, 5.0, 0.0]];
     let split = Hint { action: HintAction::Split, at: places.clone(), ..Hint::default() };
-    let two = found(&points, &[split.clone()]);
+    let two = found(&points, std::slice::from_ref(&split));
     assert_eq!(two.hints[0].outcome, Outcome::Applied, "{:?}", two.hints[0]);
     assert_eq!((two.regions.len(), two.hints[0].regions.len()), (2, 2));
     let right = |p: &Vec3| p.x > 0.0;
