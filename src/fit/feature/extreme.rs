@@ -11,6 +11,9 @@ use crate::geometry::Vec3;
 
 /// Distances below this, in the points' size, are rounding.
 const EXACT: f64 = 1e-13;
+/// Distances below this, in the points' size, are less than what associations are exact to: a zone that nothing is found to
+/// hold is the least-squares one.
+const NEARLY_EXACT: f64 = 1e-9;
 /// Starts beside the least-squares feature: of several minima the least is taken.
 const STARTS: usize = 4;
 /// Radius, over that of least squares, beyond which an inscribed feature has left its points.
@@ -57,6 +60,10 @@ pub fn extreme(association: Association, points: &[Vec3], least: &Pose) -> Resul
         if best.as_ref().is_none_or(|b| held.bound < b.bound - 1e-14) {
             best = Some(held);
         }
+    }
+    let is_zone = association == Association::MinimumZone;
+    if best.is_none() && is_zone && bound < NEARLY_EXACT {
+        return Ok(Held { pose: *least, bound, contacts: Vec::new(), stationarity: 0.0 });
     }
     let held = best.ok_or(match aim {
         Aim::Inscribed => FitError::NotHeld { kind },

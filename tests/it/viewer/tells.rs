@@ -107,7 +107,9 @@ async fn one_part_alone_is_run_and_relations_select_their_surfaces() {
     );
     let marked = "document.querySelectorAll('#relations button[aria-pressed=true]').length > 0";
     assert_eq!(shown.browser.eval(marked).await, true);
-    shown.click(-10.0, 0.0, None).await;
+    // the ball, by its row
+    shown.browser.eval("document.querySelectorAll('#regions .region')[1].click()").await;
+    assert_eq!(shown.selected().await, ["1 sphere"]);
     shown.runs("document.querySelector('#card [data-edit=only]').click()").await;
     let told = shown.text("#found").await;
     assert!(
