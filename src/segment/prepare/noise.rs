@@ -4,6 +4,8 @@
 //! were taken and not of the noise. Thinned at random a cloud loses that structure, until patches reach over edges
 //! and curvature: in between lies the noise.
 
+use std::sync::Arc;
+
 use crate::fit::constant::constants;
 use crate::fit::general_fit;
 use crate::geometry::Vec3;
@@ -17,7 +19,6 @@ use crate::segment::prepare::patch::inner_breadth;
 use crate::segment::prepare::place::place;
 use crate::segment::prepare::steps::{coarser, steps};
 use crate::segment::prepare::thinned::Thinned;
-use std::sync::Arc;
 
 constants! {
     /// Median roughness above which points fill a volume (1/3 in an even filling).
@@ -85,12 +86,7 @@ pub struct Noise {
 pub fn estimate(points: &[Vec3], known: &[f64; 3], monitor: &dyn Monitor) -> Noise {
     let steps = coarser(&steps(points), known);
     let Some(first) = Thinned::of(points, monitor).level(0).map(|p| Level::of(&p, &steps)) else {
-        return Noise {
-            sigma: of_one_quadric(points),
-            fills_volume: false,
-            even: None,
-            rougher: false,
-        };
+        return of_few(points);
     };
     let Some((places, even)) = off_rows(points, &first, monitor) else {
         return of_levels(points, vec![first], &steps, monitor);
@@ -98,11 +94,14 @@ pub fn estimate(points: &[Vec3], known: &[f64; 3], monitor: &dyn Monitor) -> Noi
     let levels = Thinned::of(&even, monitor).level(0).map(|p| Level::of(&p, &steps));
     let noise = match levels {
         Some(first) => of_levels(&even, vec![first], &steps, monitor),
-        None => {
-            Noise { sigma: of_one_quadric(&even), fills_volume: false, even: None, rougher: false }
-        }
+        None => of_few(&even),
     };
     Noise { even: Some(places.into()), ..noise }
+}
+
+/// The noise of points too few for levels.
+fn of_few(points: &[Vec3]) -> Noise {
+    Noise { sigma: of_one_quadric(points), fills_volume: false, even: None, rougher: false }
 }
 
 /// The densest even part of a cloud whose neighbourhoods span two directions, where those of all its points, which
@@ -115,11 +114,12 @@ fn off_rows(
     if first.spans() {
         return None;
     }
-    // Neighbours of a row are a tenth of a patch's reach apart, and other rows are farther off than that.
+    // Neighbours of a row are about a seventh of a patch's reach apart, and other rows are farther off than that.
     let mut radius = first.reach * ROW_SPACING.get();
     let mut places: Vec<u32> = (0..points.len() as u32).collect();
     let mut even = points.to_vec();
-    while !monitor.cancelled() {
+    // No radius grows from nothing.
+    while radius > 0.0 && !monitor.cancelled() {
         radius *= 2.0_f64.sqrt();
         let some = apart(&even, radius);
         if some.len() < MANY {
