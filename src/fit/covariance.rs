@@ -20,6 +20,8 @@ pub struct Spread {
     blocks: Vec<Block>,
     /// Standard deviation of the distances, what the fit took counted in.
     deviation: f64,
+    /// What they have in common.
+    correlation: Correlation,
 }
 
 impl Spread {
@@ -34,7 +36,12 @@ impl Spread {
         let blocks = blocks(shape, points);
         let freedom = points.len().saturating_sub(p).max(1) as f64;
         let deviation = (blocks.iter().map(|b| b.squares).sum::<f64>() / freedom).sqrt();
-        Self { information, blocks, deviation }
+        Self::with(information, blocks, deviation)
+    }
+
+    fn with(information: DMatrix<f64>, blocks: Vec<Block>, deviation: f64) -> Self {
+        let correlation = Correlation::of(&blocks, information.nrows(), deviation);
+        Self { information, blocks, deviation, correlation }
     }
 
     /// Covariance of the degrees of freedom where the residuals have deviation `sigma` and each of the points stands
@@ -42,11 +49,11 @@ impl Spread {
     /// Very large, and finite, where the points do not determine the shape.
     pub fn covariance(&self, sigma: f64, share: f64) -> DMatrix<f64> {
         let inverse = inverse(&self.information);
-        let correlation = self.correlation();
+        let correlation = &self.correlation;
         let apart = correlation.white / share + correlation.short;
         let mut out = &inverse * apart;
         if correlation.long.iter().any(|(share, _)| *share > 0.0) {
-            out += &inverse * self.together(&correlation) * &inverse;
+            out += &inverse * self.together() * &inverse;
         }
         out * (sigma * sigma)
     }
@@ -69,8 +76,7 @@ impl Spread {
         let blocks = self.blocks.iter().map(of_kept).collect();
         let mut all = DMatrix::zeros(p, p);
         if q > 0 {
-            let part = Self { information, blocks, deviation: self.deviation };
-            let part = part.covariance(sigma, share);
+            let part = Self::with(information, blocks, self.deviation).covariance(sigma, share);
             for (a, b) in (0..q).flat_map(|a| (0..q).map(move |b| (a, b))) {
                 all[(kept[a], kept[b])] = part[(a, b)];
             }
@@ -81,16 +87,16 @@ impl Spread {
     /// How many times more than independent residuals of deviation `sigma` would, the residuals shake the
     /// parameters, in the mean, where each of the points stands for `share` like it; at least 1.
     pub fn inflation(&self, sigma: f64, share: f64) -> f64 {
-        let correlation = self.correlation();
-        let together = inverse(&self.information) * self.together(&correlation);
+        let together = inverse(&self.information) * self.together();
         let long = together.trace() / together.nrows() as f64;
-        self.times(&correlation, long, sigma, share)
+        self.times(long, sigma, share)
     }
 
     /// How many times more than independent residuals do those shake a sum of them, `long` of which is by what goes
     /// together over more than a block.
-    fn times(&self, correlation: &Correlation, long: f64, sigma: f64, share: f64) -> f64 {
-        let times = correlation.white + share * (correlation.short + long);
+    fn times(&self, long: f64, sigma: f64, share: f64) -> f64 {
+        let Correlation { white, short, .. } = self.correlation;
+        let times = white + share * (short + long);
         (times * (self.deviation / sigma).powi(2)).max(1.0)
     }
 
@@ -101,30 +107,22 @@ impl Spread {
         let moved = DVector::from_fn(blocks.len(), |k, _| change(&blocks[k].centre));
         let squares: f64 = moved.iter().zip(blocks).map(|(d, b)| b.count * d * d).sum();
         let sums = DVector::from_fn(blocks.len(), |k, _| blocks[k].count * moved[k]);
-        let correlation = self.correlation();
-        let long = if squares > 0.0 {
-            sums.dot(&(self.covariances(&correlation) * &sums)) / squares
-        } else {
-            0.0
-        };
-        self.times(&correlation, long, sigma, share)
-    }
-
-    fn correlation(&self) -> Correlation {
-        Correlation::of(&self.blocks, self.information.nrows(), self.deviation)
+        let long =
+            if squares > 0.0 { sums.dot(&(self.covariances() * &sums)) / squares } else { 0.0 };
+        self.times(long, sigma, share)
     }
 
     /// J'CJ of the part that goes together over more than a block.
-    fn together(&self, correlation: &Correlation) -> DMatrix<f64> {
+    fn together(&self) -> DMatrix<f64> {
         let (p, blocks) = (self.information.nrows(), &self.blocks);
         let sums = DMatrix::from_fn(blocks.len(), p, |k, a| blocks[k].count * blocks[k].slope[a]);
-        sums.transpose() * self.covariances(correlation) * sums
+        sums.transpose() * self.covariances() * sums
     }
 
     /// C of that part between blocks.
-    fn covariances(&self, correlation: &Correlation) -> DMatrix<f64> {
+    fn covariances(&self) -> DMatrix<f64> {
         let mut out = DMatrix::zeros(self.blocks.len(), self.blocks.len());
-        for (share, length) in correlation.long.iter().filter(|l| l.0 > 0.0) {
+        for (share, length) in self.correlation.long.iter().filter(|l| l.0 > 0.0) {
             out += kernel(&self.blocks, *length) * *share;
         }
         out
