@@ -7,7 +7,9 @@ FROM rust:1.95-slim-bookworm AS build
 WORKDIR /build
 COPY Cargo.toml Cargo.lock ./
 COPY proto proto
-RUN mkdir src data && echo 'fn main() {}' > src/main.rs && touch src/lib.rs \
+# the Python package is named in the workspace and not built
+COPY python/Cargo.toml python/
+RUN mkdir -p src data python/src && echo 'fn main() {}' > src/main.rs && touch src/lib.rs python/src/lib.rs \
     && cargo build --release --locked
 COPY src src
 # copied files may be older than the empty ones that were built above

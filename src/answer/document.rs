@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::fits::RegionFit;
 use crate::geometry::LengthUnit;
+use crate::model::datum::DatumSystem;
 use crate::model::relations::{Measure, Relation, Snapping};
 use crate::segment::{Counters, HintOutcome, Parameters, Region, Sampling, Warning};
 
@@ -14,6 +15,10 @@ pub struct Document {
     /// Version of the program that made it.
     #[schema(example = "0.1.0")]
     pub conicoid: String,
+    /// Which sources it was built of: a digest of them. Absent from results that earlier versions kept.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    #[schema(example = "8c2f0a4be1d94c57a3f6e0b1920d7c4e")]
+    pub build: String,
     /// What the input was.
     pub input: Input,
     /// Every parameter as used, `tolerance` and `noise_sigma` resolved.
@@ -57,6 +62,9 @@ pub struct Document {
     /// The feature of each region by the association asked for; with `association` alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fits: Vec<RegionFit>,
+    /// The coordinate system of the datums asked for; with `datums` alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub datum_system: Option<DatumSystem>,
     /// How much work the method did.
     pub counters: Counters,
     /// How long the steps took: the one part that differs between two runs.
@@ -87,6 +95,21 @@ pub struct Input {
     /// The mesh, where the file is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshInput>,
+    /// How the points were thinned; absent where all were used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thin: Option<ThinInput>,
+}
+
+/// What was kept of a cloud that was thinned.
+///
+/// `labels`, `point_count` and `unassigned` are about all points of the input, each with the label of the kept point nearest
+/// to it; everything else is about those kept: `fit`, uncertainties, `sampling` and what `min_points` counts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ThinInput {
+    /// The least distance of kept points from each other: the parameter `thin`.
+    pub length: f64,
+    /// How many of the points were kept.
+    pub kept: usize,
 }
 
 /// A mesh, and what was taken of it.

@@ -61,6 +61,8 @@ pub enum ErrorKind {
     UploadTimeout,
     /// The work took longer than its deadline.
     DeadlineExceeded,
+    /// The answer is longer than the caller takes in one message.
+    AnswerTooLarge,
     /// The work was cancelled.
     Cancelled,
     /// The service is shutting down.
@@ -116,15 +118,16 @@ impl From<FormatError> for AnswerError {
             | FormatError::Compressed { .. } => ErrorKind::UnknownFormat,
             FormatError::ParameterOfText { .. }
             | FormatError::NoFaces
+            | FormatError::ThinTooSmall { .. }
             | FormatError::TooManySamples { .. } => ErrorKind::InvalidParameter,
             FormatError::OutOfMemory { .. } | FormatError::NoMemoryToUnpack { .. } => {
                 ErrorKind::Overloaded
             }
             FormatError::NoPoints { .. } => ErrorKind::TooFewPoints,
             FormatError::NoFinitePoints { .. } => ErrorKind::NoFinitePoints,
-            FormatError::TooManyPoints { .. } | FormatError::TooManyFaces { .. } => {
-                ErrorKind::TooManyPoints
-            }
+            FormatError::TooManyPoints { .. }
+            | FormatError::TooManyFaces { .. }
+            | FormatError::ThinTakesMemory { .. } => ErrorKind::TooManyPoints,
             FormatError::Stopped => ErrorKind::Cancelled,
             _ => ErrorKind::MalformedCloud,
         };
@@ -154,7 +157,10 @@ impl From<SegmentError> for AnswerError {
             }
             SegmentError::TooFewPoints { .. } => Self::new(
                 ErrorKind::TooFewPoints,
-                format!("{error}: send more points, or lower min_points"),
+                format!(
+                    "{error}: send more points, lower min_points, or fit one feature to all of them (conicoid fit, \
+                     /v1/fits)"
+                ),
             ),
             SegmentError::CoordinateTooLarge(_) | SegmentError::ExtentTooSmall(_) => {
                 Self::new(ErrorKind::ExtentOutOfRange, error.to_string())

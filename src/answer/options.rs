@@ -1,5 +1,6 @@
 use crate::{
     formats::{Columns, Hints},
+    model::datum::MAX_DATUMS,
     segment::{ParameterKind, ParameterSpec},
 };
 
@@ -9,6 +10,8 @@ pub(super) const MAX_NAME: usize = 255;
 const MESH_WAYS: &[&str] = &["auto", "vertices", "faces"];
 /// The largest `mesh_points`: more say nothing that the facets do not, and take memory that the file does not announce.
 const MOST_MESH_POINTS: u64 = 10_000_000;
+/// The largest `thin`, as of other lengths.
+pub(super) const MOST_THIN: f64 = 1e12;
 /// The formats of clouds.
 pub(super) const FORMATS: &[&str] =
     &["ply", "xyz", "ptx", "pcd", "las", "e57", "stl", "obj", "off"];
@@ -72,6 +75,13 @@ pub const OPTIONS: &[ParameterSpec] = &[
         help: "Most points on the faces of a mesh",
     },
     ParameterSpec {
+        name: "thin",
+        kind: ParameterKind::Number { min: 0.0, max: MOST_THIN },
+        unit: Some("length"),
+        default: None,
+        help: "Thins the cloud as it is read: of points closer to each other than this one is kept, the surfaces are found by those kept, and every other point gets the label of the kept one nearest to it. For clouds larger than the memory (all points are used when absent)",
+    },
+    ParameterSpec {
         name: "name",
         kind: ParameterKind::Text { max: MAX_NAME },
         unit: None,
@@ -98,6 +108,13 @@ pub const OPTIONS: &[ParameterSpec] = &[
         unit: None,
         default: None,
         help: "Fits one feature to all points of each region too, `fits`, by this association, as a fit of these points alone would (none is fitted when absent)",
+    },
+    ParameterSpec {
+        name: "datums",
+        kind: ParameterKind::Regions { most: MAX_DATUMS },
+        unit: None,
+        default: None,
+        help: "Makes a coordinate system of these regions, the primary datum first, after ISO 5459, `datum_system`, of their surfaces or, with association, of their fits. Ids of regions are the same for the same cloud and parameters (none is made when absent)",
     },
     ParameterSpec {
         name: "deadline",

@@ -2,13 +2,14 @@ use std::time::Duration;
 
 use super::{
     AnswerError, ErrorKind,
-    options::{MAX_NAME, OPTIONS},
+    options::{MAX_NAME, MOST_THIN, OPTIONS},
 };
 use crate::{
     fit::feature::Association,
     formats::{Columns, Format, Hints, MeshWay, Meshes},
-    geometry::LengthUnit,
-    segment::{MAX_HINT_BYTES, PARAMETERS, ParameterKind, ParameterSpec, Parameters},
+    geometry::{LengthUnit, moderate},
+    model::datum::MAX_DATUMS,
+    segment::{MAX_HINT_BYTES, PARAMETERS, ParameterKind, ParameterSpec, Parameters, truth},
 };
 
 /// Longest text of one value: that of the longest 64-bit number, written without an exponent.
@@ -17,14 +18,38 @@ const MAX_VALUE_BYTES: usize = 350;
 const MAX_LIST_BYTES: usize = 3 * MAX_VALUE_BYTES;
 
 /// Every parameter and option a request may have.
-pub fn specs() -> impl Iterator<Item = &'static ParameterSpec> {
+pub fn specs() -> impl Iterator<Item = &'static ParameterSpec> + Clone {
     PARAMETERS.iter().chain(OPTIONS)
 }
 
 /// Whether a parameter takes several values.
 pub fn is_list(spec: &ParameterSpec) -> bool {
-    use ParameterKind::{Columns, Direction, List};
-    matches!(spec.kind, List(_) | Direction | Columns { .. })
+    use ParameterKind::{Columns, Direction, List, Regions};
+    matches!(spec.kind, List(_) | Direction | Columns { .. } | Regions { .. })
+}
+
+/// Whether a parameter is a list of objects as JSON.
+fn is_hints(spec: &ParameterSpec) -> bool {
+    matches!(spec.kind, ParameterKind::Hints { .. })
+}
+
+/// Two texts of one parameter as one: values of a list stand one behind the other, and so do hints, each text of which is
+/// a JSON list of them or one alone; said twice, anything else is still one thing. `None` where a parameter has two
+/// values.
+pub fn joined(spec: &ParameterSpec, before: &str, text: &str) -> Option<String> {
+    if is_hints(spec) {
+        // what is neither is left to be refused as it stands
+        let items = |text: &str| {
+            let list = text.trim().strip_prefix('[').and_then(|text| text.strip_suffix(']'));
+            list.unwrap_or(text).trim().to_owned()
+        };
+        let all = [items(before), items(text)].into_iter().filter(|items| !items.is_empty());
+        return Some(format!("[{}]", all.collect::<Vec<_>>().join(",")));
+    }
+    if is_list(spec) {
+        return Some(format!("{before},{text}"));
+    }
+    (before == text).then(|| before.to_owned())
 }
 
 /// A request that is set by names and text, from queries, forms, messages and flags.
@@ -37,6 +62,9 @@ pub trait ParameterForm {
 
     /// What it says of the cloud, and all that was set.
     fn request(&mut self) -> &mut Request;
+
+    /// The parameter of that name.
+    fn spec(&self, name: &str) -> Option<&'static ParameterSpec>;
 }
 
 impl ParameterForm for Request {
@@ -46,6 +74,10 @@ impl ParameterForm for Request {
 
     fn request(&mut self) -> &mut Request {
         self
+    }
+
+    fn spec(&self, name: &str) -> Option<&'static ParameterSpec> {
+        specs().find(|spec| spec.name == name)
     }
 }
 
@@ -64,6 +96,8 @@ pub struct Request {
     pub unit: Option<LengthUnit>,
     /// How a mesh is read.
     pub meshes: Meshes,
+    /// The least distance of the points that are used; all are when absent.
+    pub thin: Option<f64>,
     /// What the cloud is called.
     pub name: Option<String>,
     /// Whether the answer holds the labels.
@@ -72,8 +106,12 @@ pub struct Request {
     pub snap: bool,
     /// How a feature is fitted to each region's points; none is when absent.
     pub association: Option<Association>,
+    /// The regions that a datum system is made of, the primary one first; none is made of no region.
+    pub datums: Vec<usize>,
     /// Longest time the work may take.
     pub deadline: Option<Duration>,
+    /// Longest answer that the caller takes, in bytes; any when absent.
+    pub max_answer_bytes: Option<u64>,
     /// What was set, as names and text, in its order: the request as it is kept with a job.
     pub given: Vec<(String, String)>,
 }
@@ -87,11 +125,14 @@ impl Default for Request {
             skip_lines: 0,
             unit: None,
             meshes: Meshes::default(),
+            thin: None,
             name: None,
             labels: true,
             snap: false,
             association: None,
+            datums: Vec::new(),
             deadline: None,
+            max_answer_bytes: None,
             given: Vec::new(),
         }
     }
@@ -122,10 +163,13 @@ impl Request {
     /// # Errors
     /// The name is unknown, or the value is not one it takes.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), AnswerError> {
-        let text = value.trim();
-        if let Some(spec) = specs().find(|spec| spec.name == name) {
-            check_length(spec, text)?;
-        }
+        let text = match specs().find(|spec| spec.name == name) {
+            Some(spec) => {
+                check_length(spec, value.trim())?;
+                worded(spec, value.trim())
+            }
+            None => value.trim(),
+        };
         match name {
             "format" => {
                 let format = Format::from_extension(text).ok_or_else(|| unknown_format(text))?;
@@ -149,6 +193,10 @@ impl Request {
             "mesh" | "mesh_spacing" | "mesh_points" => {
                 self.set_mesh(name, text).ok_or_else(|| invalid(name, value))?;
             }
+            "thin" => {
+                let length = text.parse::<f64>().ok().filter(|l| *l > 0.0 && *l <= MOST_THIN);
+                self.thin = Some(length.ok_or_else(|| invalid(name, value))?);
+            }
             "name" => {
                 let is_line = text.chars().count() <= MAX_NAME && !value.contains(char::is_control);
                 let line = is_line.then(|| text.to_owned()).ok_or_else(|| invalid(name, value))?;
@@ -161,22 +209,29 @@ impl Request {
                     _ => return Err(invalid(name, value)),
                 }
             }
-            "snap" => self.snap = text.parse().map_err(|_| invalid(name, value))?,
+            "snap" => self.snap = truth(text).ok_or_else(|| invalid(name, value))?,
             "association" => {
                 let named = Association::from_name(text).ok_or_else(|| invalid(name, value))?;
                 self.association = Some(named);
             }
+            "datums" => self.datums = regions(text).ok_or_else(|| invalid(name, value))?,
             "deadline" => {
                 let seconds = text.parse::<f64>().ok().filter(|s| (0.1..=86_400.0).contains(s));
                 let seconds = seconds.ok_or_else(|| invalid(name, value))?;
                 self.deadline = Some(Duration::from_secs_f64(seconds));
             }
             _ if PARAMETERS.iter().any(|spec| spec.name == name) => {
-                self.parameters.set(name, value)?;
+                self.parameters.set(name, if text == value.trim() { value } else { text })?;
+                let hinted = self.parameters.hints.iter_mut().map(|hint| &mut hint.axis_direction);
+                for direction in hinted.chain([&mut self.parameters.axis_direction]).flatten() {
+                    *direction = moderate(*direction);
+                }
             }
             _ => return Err(unknown_parameter(name)),
         }
-        self.given.push((name.to_owned(), text.to_owned()));
+        // however a truth is written, the request is the same
+        let text = truth(text).map_or_else(|| text.to_owned(), |yes| yes.to_string());
+        self.given.push((name.to_owned(), text));
         Ok(())
     }
 
@@ -213,6 +268,7 @@ impl Request {
             columns: self.columns,
             skip_lines: self.skip_lines,
             meshes: self.meshes,
+            thin: self.thin,
         }
     }
 
@@ -222,6 +278,15 @@ impl Request {
             self.format = Some(format);
             self.given.push(("format".to_owned(), format.name().to_owned()));
         }
+    }
+}
+
+/// A truth in words where it is a number, as spreadsheets and shells write it; any other value as it is.
+pub(super) fn worded<'a>(spec: &ParameterSpec, text: &'a str) -> &'a str {
+    match (spec.kind, text) {
+        (ParameterKind::Boolean, "1") => "true",
+        (ParameterKind::Boolean, "0") => "false",
+        _ => text,
     }
 }
 
@@ -249,6 +314,14 @@ fn columns(text: &str) -> Option<Columns> {
     let numbers: Vec<u64> =
         text.split(',').map(|number| number.trim().parse().ok()).collect::<Option<_>>()?;
     Columns::new(numbers.try_into().ok()?)
+}
+
+/// One to three different ids of regions.
+fn regions(text: &str) -> Option<Vec<usize>> {
+    let ids: Vec<usize> =
+        text.split(',').map(|id| id.trim().parse().ok()).collect::<Option<_>>()?;
+    let is_once = |(k, id): (usize, &usize)| !ids[..k].contains(id);
+    (ids.len() <= MAX_DATUMS && ids.iter().enumerate().all(is_once)).then_some(ids)
 }
 
 fn invalid(name: &str, value: &str) -> AnswerError {
@@ -297,9 +370,10 @@ mod tests {
             ("columns", "4, 3,2"),
             ("skip_lines", "12"),
             ("unit", "us_ft"),
+            ("thin", "0.5"),
             ("name", " bracket 2.ply "),
             ("labels", "none"),
-            ("snap", "true"),
+            ("snap", "True"),
             ("deadline", "1.5"),
             ("tolerance", "0.25"),
         ]);
@@ -307,9 +381,34 @@ mod tests {
         assert_eq!(request.format, Some(Format::Ply));
         assert_eq!(request.hints().columns, Columns::new([4, 3, 2]));
         assert_eq!((request.hints().skip_lines, request.unit), (12, Some(LengthUnit::UsFt)));
+        assert_eq!((request.thin, request.hints().thin), (Some(0.5), Some(0.5)));
         assert_eq!(request.deadline, Some(Duration::from_millis(1500)));
         assert_eq!(request.name.as_deref(), Some("bracket 2.ply"));
         assert!(!request.labels && request.snap && request.parameters.tolerance == Some(0.25));
+    }
+
+    #[test]
+    fn truths_are_words_or_numbers() {
+        let set = |name, value: &str| Request::from_pairs([(name, value)]);
+        for (value, word) in [("1", "true"), (" 0 ", "false"), ("True", "true")] {
+            assert_eq!(set("merge", value), set("merge", word), "{value}");
+            assert_eq!(set("snap", value), set("snap", word), "{value}");
+        }
+        // of numbers they are none
+        assert_eq!(set("seed", "1").unwrap().given, [("seed".to_owned(), "1".to_owned())]);
+        assert!(set("merge", "2").is_err());
+    }
+
+    #[test]
+    fn a_direction_may_have_any_length() {
+        for length in ["1e-200", "1e160", "1e308"] {
+            let request = Request::from_pairs([("axis_direction", &*format!("0,0,{length}"))]);
+            let request = request.unwrap();
+            assert_eq!(request.parameters.axis_direction, Some([0.0, 0.0, 1.0]), "{length}");
+        }
+        let hint = r#"{"at": [[1, 2, 3]], "type": "plane", "axis_direction": [0, 1e-200, 0]}"#;
+        let request = Request::from_pairs([("hints", hint)]).unwrap();
+        assert_eq!(request.parameters.hints[0].axis_direction, Some([0.0, 1.0, 0.0]));
     }
 
     #[test]
@@ -355,7 +454,7 @@ mod tests {
         assert_eq!(kind("radius", "1"), Err(ErrorKind::UnknownParameter));
         assert_eq!(kind("format", "dwg"), Err(ErrorKind::UnknownFormat));
         for (name, value) in
-            [("deadline", "0.09"), ("deadline", "86401"), ("labels", "some"), ("snap", "1")]
+            [("deadline", "0.09"), ("deadline", "86401"), ("labels", "some"), ("snap", "2")]
         {
             assert_eq!(kind(name, value), Err(ErrorKind::InvalidParameter), "{name}={value}");
         }
@@ -379,6 +478,10 @@ mod tests {
             ("mesh", "triangles"),
             ("mesh_spacing", "0"),
             ("mesh_spacing", "1.1e12"),
+            ("thin", "0"),
+            ("thin", "-1"),
+            ("thin", "nan"),
+            ("thin", "1.1e12"),
             ("mesh_points", "999"),
             ("mesh_points", "10000001"),
         ] {
@@ -387,11 +490,17 @@ mod tests {
         for (name, value) in [
             ("mesh", "faces"),
             ("mesh_spacing", "1e12"),
+            ("thin", "1e12"),
+            ("thin", "1e-300"),
             ("mesh_points", "1000"),
             ("mesh_points", "10000000"),
         ] {
             assert!(kind(name, value).is_ok(), "{name}={value}");
         }
+        for value in ["", "a", "-1", "1.5", "0,0", "1,2,3,4", "1,,2"] {
+            assert_eq!(kind("datums", value), Err(ErrorKind::InvalidParameter), "{value}");
+        }
+        assert!(kind("datums", "0").is_ok() && kind("datums", "7, 0,12").is_ok());
         assert!(kind("deadline", "86400").is_ok() && kind("deadline", "0.1").is_ok());
     }
 }

@@ -1,6 +1,9 @@
 use std::{collections::BTreeMap, ffi::OsString, fs};
 
-use clap::{Arg, ArgMatches, Command};
+use clap::{
+    Arg, ArgMatches, Command,
+    error::{ContextKind, ContextValue},
+};
 use toml::Value;
 
 use super::{environment::nearest, error::AnyError};
@@ -55,6 +58,9 @@ pub enum FileError {
     },
 }
 
+/// The commands that have all settings.
+const SERVING: [&str; 2] = ["serve", "worker"];
+
 /// What `args` say to `command`, with the values of the settings file that they or the environment name
 /// in place of the built-in defaults; flags and environment still come first.
 ///
@@ -63,17 +69,31 @@ pub enum FileError {
 /// setting or gives it a wrong value.
 pub fn matches(command: Command, args: &[OsString]) -> Result<ArgMatches, AnyError> {
     // what is wrong without the file is not the file's fault
-    let found = command.clone().try_get_matches_from(args)?;
-    let inner = found.subcommand_matches("serve").unwrap_or(&found);
+    let found = command.clone().try_get_matches_from(args).map_err(without_password)?;
+    let inner = SERVING.iter().find_map(|name| found.subcommand_matches(name)).unwrap_or(&found);
     let Some(path) = inner.try_get_one::<String>("config").ok().flatten().cloned() else {
         return Ok(found);
     };
     let command = with_values(command, &path)?;
     command.try_get_matches_from(args).map_err(|error| {
-        let told = error.to_string();
+        let told = without_password(error).to_string();
         let told = told.lines().next().unwrap_or_default().trim_start_matches("error: ");
         FileError::Value { path, error: told.to_owned() }.into()
     })
+}
+
+/// The error without what may be a part of a password: of the address of a NATS server only the scheme is told.
+fn without_password(mut error: clap::Error) -> clap::Error {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.clone()),
+        _ => None,
+    };
+    let is_address = text(ContextKind::InvalidArg).is_some_and(|arg| arg.starts_with("--nats <"));
+    if let Some(value) = text(ContextKind::InvalidValue).filter(|_| is_address) {
+        let scheme = value.find("://").map_or("", |end| &value[..end + 3]);
+        error.insert(ContextKind::InvalidValue, ContextValue::String(format!("{scheme}...")));
+    }
+    error
 }
 
 /// `command` with the values of the file at `path` as its defaults.
@@ -97,7 +117,10 @@ fn with_values(command: Command, path: &str) -> Result<Command, FileError> {
         Some(texts) => arg.default_values(texts),
         None => arg,
     };
-    Ok(command.mut_args(defaults).mut_subcommand("serve", |serve| serve.mut_args(defaults)))
+    let command = command.mut_args(defaults);
+    let with_defaults =
+        |command: Command, name| command.mut_subcommand(name, |serve| serve.mut_args(defaults));
+    Ok(SERVING.into_iter().fold(command, with_defaults))
 }
 
 /// The settings that a file may name.

@@ -4,17 +4,18 @@ use std::{
 };
 
 use clap::{ArgMatches, Args, Command, FromArgMatches, error::ErrorKind};
-use prost::Message;
 
 use super::{
     error::AnyError,
-    output::Output,
-    segment::{flag, read},
+    input::Input,
+    output::{self, Output},
+    segment::flag,
+    settings::size_above_zero,
 };
 use crate::{
     formats::{Format, Limits},
     jobs::Control,
-    service::{FitRequest, ParameterForm, compute_fit, fit_specs, message::v1},
+    service::{FitRequest, ParameterForm, Representation, compute_fit, fit_specs, render_fit},
 };
 
 /// Points of one feature and what to do with them.
@@ -22,11 +23,17 @@ use crate::{
 pub struct FitArgs {
     /// The points, all of one feature; `-` reads standard input
     points: PathBuf,
-    /// Where the result goes: JSON, or protobuf where the name ends in .pb. Standard output when it is `-` or absent
+    /// Where the result goes, in the form of its ending: .json, .pb, .qif, .dmo (DMIS output), .csv (characteristics). JSON to standard output when it is `-` or absent
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Most points
-    #[arg(long, env = "CONICOID_MAX_POINTS", default_value_t = u32::MAX as usize, value_name = "N")]
+    #[arg(
+        long,
+        env = "CONICOID_MAX_POINTS",
+        default_value_t = u32::MAX as usize,
+        value_name = "N",
+        value_parser = size_above_zero
+    )]
     max_points: usize,
     #[command(flatten)]
     request: RequestArgs,
@@ -78,17 +85,14 @@ pub fn run(args: &FitArgs) -> Result<(), AnyError> {
         let _ = request.set("name", &name.to_string_lossy());
     }
     let path = args.output.as_deref().filter(|path| !is_dash(path));
+    let form = path.map_or(Ok(Representation::Json), output::fit_form)?;
     let output = path.map(|path| Output::new(path, &args.points)).transpose()?;
-    let bytes = read(&args.points)?;
+    let bytes = Input::open(&args.points)?;
     let deadline = request.request.deadline.map(|limit| std::time::Instant::now() + limit);
-    let limits = Limits { max_points: args.max_points };
+    let limits = Limits::of(args.max_points);
     let document = compute_fit(&bytes, &request, &limits, &Control::new(deadline))?;
-    let is_message = path.and_then(Path::extension).is_some_and(|e| e.eq_ignore_ascii_case("pb"));
-    let result = if is_message {
-        v1::FitResult::from(document).encode_to_vec()
-    } else {
-        document.to_json()?
-    };
+    bytes.check_unchanged()?;
+    let result = render_fit(form, document)?;
     match output {
         Some(output) => output.write(&result)?,
         None => io::stdout().lock().write_all(&result)?,

@@ -42,7 +42,19 @@ fn describe() {
     describe_histogram!("conicoid_run_seconds", "Time of a run on the pool");
     describe_counter!("conicoid_points_total", "Points segmented");
     describe_counter!("conicoid_rejections_total", "Requests answered with an error, by its code");
-    describe_gauge!("conicoid_queue_length", "Requests and jobs that wait for their turn");
+    describe_gauge!(
+        "conicoid_queue_length",
+        "Requests and jobs that wait for their turn; of shared jobs, those of all processes"
+    );
+    describe_gauge!("conicoid_shared_jobs_running", "Shared jobs that run, at any process");
+    describe_counter!(
+        "conicoid_redeliveries_total",
+        "Shared jobs that were handed out before, to a worker that did not end them"
+    );
+    describe_counter!(
+        "conicoid_poison_jobs_total",
+        "Shared jobs that are not run again because workers ended on them"
+    );
     describe_gauge!("conicoid_bytes_in_flight", "Bytes of uploads and answers held");
     describe_gauge!("conicoid_connections", "Connections of callers that are served");
     describe_counter!(
@@ -64,7 +76,10 @@ fn describe() {
 pub fn start(service: Arc<Service>, connections: Connections) -> Gauges {
     let recorder = recorder();
     Arc::new(move || {
-        metrics::gauge!("conicoid_queue_length").set(service.pool().queued() as f64);
+        metrics::gauge!("conicoid_queue_length").set(service.book().waiting() as f64);
+        if let Some(running) = service.book().running_anywhere() {
+            metrics::gauge!("conicoid_shared_jobs_running").set(running as f64);
+        }
         metrics::gauge!("conicoid_connections").set(connections.open() as f64);
         metrics::gauge!("conicoid_bytes_in_flight").set(service.bytes_in_flight() as f64);
         recorder.map(PrometheusHandle::render).unwrap_or_default()

@@ -1,5 +1,6 @@
-//! The command line: `serve`, `segment`, `fit`, `openapi`, `key` and `health`.
+//! The command line: `serve`, `worker`, `segment`, `fit`, `openapi`, `key` and `health`.
 
+mod cut_short;
 mod environment;
 mod error;
 mod file;
@@ -7,11 +8,14 @@ mod fit;
 mod greeting;
 mod handles;
 mod health;
+mod input;
 mod key;
 mod logging;
 mod measure;
 mod memory;
 mod output;
+mod result;
+mod room;
 mod segment;
 mod serve;
 mod settings;
@@ -59,6 +63,8 @@ struct Cli {
 enum Task {
     /// Start the service (also the default without a command)
     Serve(Box<Settings>),
+    /// Run the jobs that processes share over NATS, and take none in
+    Worker(Box<Settings>),
     /// Segment one file and write the result (also the default before the name of a cloud)
     Segment(Box<segment::SegmentArgs>),
     /// Fit one geometric feature to all points of a file, with its uncertainty
@@ -114,6 +120,7 @@ pub fn main() -> ExitCode {
     let done = parse(&args).and_then(|cli| match cli.command {
         None => serve::run(&cli.settings),
         Some(Task::Serve(settings)) => serve::run(&settings),
+        Some(Task::Worker(settings)) => serve::work(&settings),
         Some(Task::Segment(args)) => segment::run(&args),
         Some(Task::Fit(args)) => fit::run(&args),
         Some(Task::Openapi) => print_openapi(),

@@ -1,10 +1,13 @@
 use std::{
     fs::{self, File, Permissions},
-    io::{self, Write},
+    io::{self, BufWriter, Write},
     path::{Path, PathBuf},
 };
 
-use crate::service::Representation;
+use crate::service::{FitDocument, Representation};
+
+/// Bytes that are written at a time.
+const BUFFER: usize = 1 << 18;
 
 /// Why a result is not written.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +18,11 @@ pub enum OutputError {
          --output-format", path = .0.display(), known = endings()
     )]
     Ending(PathBuf),
+    /// The name's ending tells no form of a fit.
+    #[error(
+        "the ending of the output {} names no form of a fit: end it in .json, .pb, .qif, .dmo or .csv", .0.display()
+    )]
+    FitEnding(PathBuf),
     /// It would take the place of the cloud it is made from.
     #[error("the output {} is the cloud itself: give it another name", .0.display())]
     Input(PathBuf),
@@ -46,6 +54,15 @@ pub fn form(path: &Path) -> Result<Representation, OutputError> {
     endings
         .find_map(Representation::from_extension)
         .ok_or_else(|| OutputError::Ending(path.to_owned()))
+}
+
+/// The form of a fit that the ending of `path` names.
+///
+/// # Errors
+/// It has no ending, or one of no form that a fit has.
+pub fn fit_form(path: &Path) -> Result<Representation, OutputError> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    FitDocument::form_from_extension(ending).ok_or_else(|| OutputError::FitEnding(path.to_owned()))
 }
 
 /// A file that comes into being, or changes, whole or not at all.
@@ -113,21 +130,39 @@ impl Output {
     /// # Errors
     /// The system does not take it; then what was there before is there still.
     pub fn write(&self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.write_by(|out| out.write_all(bytes))
+    }
+
+    /// Writes what `write` gives, as it comes.
+    ///
+    /// # Errors
+    /// `write` fails, or the system does not take it; then what was there before is there still.
+    pub fn write_by(
+        &self,
+        write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        let to = |file: File| {
+            let mut out = BufWriter::with_capacity(BUFFER, file);
+            write(&mut out)?;
+            out.flush()
+        };
         let written = match &self.kind {
-            Kind::Stream => {
-                File::options().write(true).open(&self.place).and_then(|mut f| f.write_all(bytes))
-            }
-            Kind::New => self.replace(bytes, None),
-            Kind::Replaced(permissions) => self.replace(bytes, Some(permissions.clone())),
+            Kind::Stream => File::options().write(true).open(&self.place).and_then(to),
+            Kind::New => self.replace(to, None),
+            Kind::Replaced(permissions) => self.replace(to, Some(permissions.clone())),
         };
         written.map_err(|error| OutputError::Write { path: self.path.clone(), error })
     }
 
-    fn replace(&self, bytes: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
+    fn replace(
+        &self,
+        write: impl FnOnce(File) -> io::Result<()>,
+        permissions: Option<Permissions>,
+    ) -> io::Result<()> {
         let draft = self.draft();
-        let written = File::create_new(&draft).and_then(|mut file| {
+        let written = File::create_new(&draft).and_then(|file| {
             permissions.map_or(Ok(()), |permissions| file.set_permissions(permissions))?;
-            file.write_all(bytes)?;
+            write(file)?;
             fs::rename(&draft, &self.place)
         });
         if written.is_err() {
@@ -147,7 +182,7 @@ mod tests {
         for form in Representation::ALL {
             for name in [form.extension().to_owned(), form.extension().to_uppercase()] {
                 let path = PathBuf::from(format!("part.{name}"));
-                assert_eq!(super::form(&path).unwrap(), *form);
+                assert_eq!(super::form(&path).unwrap(), form);
             }
         }
         assert_eq!(super::form(Path::new("part.stp")).unwrap(), Representation::Step);

@@ -1,6 +1,6 @@
 use std::{
     fs,
-    io::{self, IsTerminal, Read, Write},
+    io::{self, IsTerminal, Write},
     num::NonZeroUsize,
     path::{Path, PathBuf},
     sync::Arc,
@@ -16,12 +16,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     error::AnyError,
+    input::Input,
     output::{self, Output},
-    settings::number_above_zero,
+    result::Told,
+    room,
+    settings::{number_above_zero, size_above_zero},
     table::table,
 };
 use crate::{
-    formats::{Fields, Format, FormatError, Limits, Packing},
+    formats::{Format, FormatError, Limits, Packing},
     jobs::Control,
     segment::{ParameterKind, ParameterSpec},
     service::{Answer, Representation, Request, compute, specs},
@@ -48,7 +51,13 @@ pub struct SegmentArgs {
     #[arg(long, env = "CONICOID_THREADS", value_name = "N", value_parser = number_above_zero)]
     threads: Option<NonZeroUsize>,
     /// Most points of the cloud
-    #[arg(long, env = "CONICOID_MAX_POINTS", default_value_t = u32::MAX as usize, value_name = "N")]
+    #[arg(
+        long,
+        env = "CONICOID_MAX_POINTS",
+        default_value_t = u32::MAX as usize,
+        value_name = "N",
+        value_parser = size_above_zero
+    )]
     max_points: usize,
     #[command(flatten)]
     request: RequestArgs,
@@ -167,21 +176,18 @@ pub fn run(args: &SegmentArgs) -> Result<(), AnyError> {
     // a person who names no output wants to see what is there, not megabytes of labels
     let is_asked = args.output.is_some() || args.output_format.is_some();
     let is_written = is_asked || args.quiet || !io::stdout().is_terminal();
-    let bytes = unpacked(read(&args.cloud)?)?;
+    let bytes = unpacked(Input::open(&args.cloud)?)?;
+    let most_bytes = room::check(&bytes, request.hints(), args.max_points as u64, room::free())?;
+    let limits = Limits { max_points: args.max_points, max_thin_bytes: most_bytes };
     let is_shown = !args.quiet && io::stderr().is_terminal();
-    let mut answer = segment(&bytes, &request, args.max_points, is_shown)?;
+    let answer = segment(&bytes, &request, &limits, is_shown)?;
+    bytes.check_unchanged()?;
     let told = is_shown.then(|| table(&answer.document, request.name.as_deref().unwrap_or("-")));
-    if form.has_points() {
-        answer.fields = Fields::of(&bytes);
-    }
     if is_written {
-        let mut result = form.render(answer, request.labels)?;
-        if form == Representation::Json {
-            result.push(b'\n');
-        }
+        let result = Told { answer, form, bytes: &bytes, request: &request, limits: &limits };
         match output {
-            Some(output) => output.write(&result)?,
-            None => io::stdout().lock().write_all(&result)?,
+            Some(output) => output.write_by(|out| result.write(out))?,
+            None => result.write(&mut io::BufWriter::new(io::stdout()))?,
         }
     }
     if let Some(told) = told {
@@ -200,34 +206,27 @@ fn is_dash(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// The bytes of a file, or of standard input.
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, AnyError> {
-    let mut bytes = Vec::new();
-    if is_dash(path) {
-        io::stdin().lock().read_to_end(&mut bytes)?;
-        return Ok(bytes);
-    }
-    fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()).into())
-}
-
 /// The bytes of a file that gzip or zstd packed, or of any other as they are.
-fn unpacked(bytes: Vec<u8>) -> Result<Vec<u8>, FormatError> {
-    match Packing::of(&bytes) {
-        Some(packing) => packing.unpack(&bytes, |_| Ok(())),
-        None => Ok(bytes),
-    }
+fn unpacked(input: Input) -> Result<Input, FormatError> {
+    let Some(packing) = Packing::of(&input) else { return Ok(input) };
+    let free = room::free();
+    let count = |bytes| match bytes > free {
+        true => Err(FormatError::NoMemoryToUnpack { bytes }),
+        false => Ok(()),
+    };
+    packing.unpack(&input, count).map(Input::Bytes)
 }
 
 fn segment(
     bytes: &[u8],
     request: &Request,
-    max_points: usize,
+    limits: &Limits,
     is_shown: bool,
 ) -> Result<Answer, AnyError> {
     let deadline = request.deadline.map(|limit| std::time::Instant::now() + limit);
     let control = Control::new(deadline);
     let bar = is_shown.then(|| show_progress(&control));
-    let done = compute(bytes, request, &Limits { max_points }, &control);
+    let done = compute(bytes, request, limits, &control);
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }

@@ -52,6 +52,12 @@ pub enum ServeError {
         /// The address.
         address: SocketAddr,
     },
+    /// Jobs cannot be kept in two places.
+    #[error("nats and data_dir both say where jobs are kept: name one of them")]
+    TwoStores,
+    /// There are no shared jobs to run.
+    #[error("no NATS server is named whose jobs are to be run: give its address by --nats")]
+    NothingShared,
     /// The key file is not usable.
     #[error(transparent)]
     Keys(#[from] KeysError),
@@ -79,12 +85,17 @@ pub struct Addresses {
 
 /// A service that has its listeners and is ready to run.
 pub struct Server {
-    tls: Option<(http::Tls, http::Tls)>,
     service: Arc<Service>,
     settings: Settings,
+    front: Option<Front>,
+    admin: TcpListener,
+}
+
+/// Where callers come in.
+struct Front {
+    tls: Option<(http::Tls, http::Tls)>,
     http: TcpListener,
     grpc: TcpListener,
-    admin: TcpListener,
 }
 
 impl Server {
@@ -96,11 +107,29 @@ impl Server {
     pub async fn bind(settings: Settings) -> Result<Self, ServeError> {
         check_access(&settings)?;
         let keys = settings.keys.as_deref().map(Keys::open).transpose()?;
+        check_store(&settings)?;
         Ok(Self {
-            tls: tls::acceptors(&settings)?,
-            service: Service::new(settings.service(), keys)?,
-            http: listen("http", settings.http).await?,
-            grpc: listen("grpc", settings.grpc).await?,
+            service: Service::new(settings.service(), keys).await?,
+            front: Some(Front {
+                tls: tls::acceptors(&settings)?,
+                http: listen("http", settings.http).await?,
+                grpc: listen("grpc", settings.grpc).await?,
+            }),
+            admin: listen("admin", settings.admin).await?,
+            settings,
+        })
+    }
+
+    /// A worker: it runs shared jobs and takes none in, and has the operators' listener alone.
+    ///
+    /// # Errors
+    /// As [`Self::bind`]; no NATS server is named.
+    pub async fn bind_worker(mut settings: Settings) -> Result<Self, ServeError> {
+        settings.work = true;
+        check_store(&settings)?;
+        Ok(Self {
+            service: Service::new(settings.service(), None).await?,
+            front: None,
             admin: listen("admin", settings.admin).await?,
             settings,
         })
@@ -111,16 +140,25 @@ impl Server {
         &self.service
     }
 
-    /// Where it listens.
+    /// Where it listens for callers and operators; nothing of a worker, which has no callers.
     ///
     /// # Errors
     /// The system does not say.
-    pub fn addresses(&self) -> io::Result<Addresses> {
-        Ok(Addresses {
-            http: self.http.local_addr()?,
-            grpc: self.grpc.local_addr()?,
+    pub fn addresses(&self) -> io::Result<Option<Addresses>> {
+        let Some(front) = &self.front else { return Ok(None) };
+        Ok(Some(Addresses {
+            http: front.http.local_addr()?,
+            grpc: front.grpc.local_addr()?,
             admin: self.admin.local_addr()?,
-        })
+        }))
+    }
+
+    /// Where it listens for operators.
+    ///
+    /// # Errors
+    /// The system does not say.
+    pub fn admin(&self) -> io::Result<SocketAddr> {
+        self.admin.local_addr()
     }
 
     /// Serves until `stop`, then until the requests under way have ended or the drain deadline has
@@ -133,9 +171,6 @@ impl Server {
         let most = handles::connections(self.settings.max_connections);
         let connections = http::Connections::new(most, self.settings.patience());
         let metrics = measure::start(Arc::clone(&service), connections.clone());
-        let routes = http::router(Arc::clone(&service), self.settings.http());
-        let (calls, health) = grpc::router(Arc::clone(&service), self.settings.grpc()).await?;
-        let (http_tls, grpc_tls) = self.tls.unzip();
         // the operators' listener outlives the drain, so that it can tell of it
         let ended = CancellationToken::new();
         let answers =
@@ -144,25 +179,50 @@ impl Server {
         let own = http::Connections::new(handles::OPERATORS, self.settings.patience());
         let admin = tokio::spawn(http::serve(self.admin, answers, None, own, ended.clone()));
         let mut listeners = JoinSet::new();
-        for (listener, router, tls) in [(self.http, routes, http_tls), (self.grpc, calls, grpc_tls)]
-        {
-            let (connections, stop) = (connections.clone(), stop.clone());
-            listeners.spawn(http::serve(listener, router, tls, connections, stop));
+        let mut health = None;
+        if let Some(Front { tls, http, grpc }) = self.front {
+            let routes = http::router(Arc::clone(&service), self.settings.http());
+            let (calls, of_calls) =
+                grpc::router(Arc::clone(&service), self.settings.grpc()).await?;
+            health = Some(of_calls);
+            let (http_tls, grpc_tls) = tls.unzip();
+            for (listener, router, tls) in [(http, routes, http_tls), (grpc, calls, grpc_tls)] {
+                let (connections, stop) = (connections.clone(), stop.clone());
+                listeners.spawn(http::serve(listener, router, tls, connections, stop));
+            }
         }
         let expiry = tokio::spawn(expire(Arc::clone(&service)));
         let upkeep = tokio::spawn(measure::keep_up());
         let memory = tokio::spawn(memory::give_back(Arc::clone(&service)));
+        let work = service.work();
         stop.cancelled().await;
         tracing::info!("draining");
-        grpc::end(&health).await;
+        if let Some(health) = health {
+            grpc::end(&health).await;
+        }
         service.book().close();
-        drain(listeners, &service, self.settings.drain_deadline).await;
+        let deadline = self.settings.drain_deadline;
+        let worked = async {
+            if let Some(work) = work {
+                work.end(deadline).await;
+            }
+        };
+        tokio::join!(drain(listeners, &service, deadline), worked);
         expiry.abort();
         memory.abort();
         upkeep.abort();
         ended.cancel();
         let _ = tokio::time::timeout(Duration::from_secs(1), admin).await;
         Ok(())
+    }
+}
+
+/// Jobs are kept in one place, and those that are to be run for others are shared.
+fn check_store(settings: &Settings) -> Result<(), ServeError> {
+    match (settings.nats.is_empty(), &settings.data_dir) {
+        (false, Some(_)) => Err(ServeError::TwoStores),
+        (true, _) if settings.work => Err(ServeError::NothingShared),
+        _ => Ok(()),
     }
 }
 
@@ -213,6 +273,15 @@ async fn listen(setting: &'static str, address: SocketAddr) -> Result<TcpListene
 
 /// Serves until the process is told to stop.
 pub fn run(settings: &Settings) -> Result<(), AnyError> {
+    run_server(settings, false)
+}
+
+/// Runs shared jobs until the process is told to stop.
+pub fn work(settings: &Settings) -> Result<(), AnyError> {
+    run_server(settings, true)
+}
+
+fn run_server(settings: &Settings, is_worker: bool) -> Result<(), AnyError> {
     memory::keep();
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let traces = {
@@ -221,14 +290,20 @@ pub fn run(settings: &Settings) -> Result<(), AnyError> {
     };
     logging::start(settings, traces.as_ref())?;
     let served = runtime.block_on(async {
-        let server = Server::bind(settings.clone()).await?;
-        let Addresses { http, grpc, admin } = server.addresses()?;
+        let settings = settings.clone();
         let s = if settings.tls_cert.is_some() { "s" } else { "" };
+        let server = match is_worker {
+            true => Server::bind_worker(settings).await?,
+            false => Server::bind(settings).await?,
+        };
         // whoever started the service may not care where it is
-        let _ = writeln!(io::stdout(), "http{s}://{http}\ngrpc{s}://{grpc}\nadmin://{admin}");
-        if io::stderr().is_terminal() {
-            let _ = write!(io::stderr(), "{}", greeting(&format!("http{s}"), http));
+        if let Some(Addresses { http, grpc, .. }) = server.addresses()? {
+            let _ = writeln!(io::stdout(), "http{s}://{http}\ngrpc{s}://{grpc}");
+            if io::stderr().is_terminal() {
+                let _ = write!(io::stderr(), "{}", greeting(&format!("http{s}"), http));
+            }
         }
+        let _ = writeln!(io::stdout(), "admin://{}", server.admin()?);
         let stop = CancellationToken::new();
         tokio::spawn(stop_on_signal(stop.clone()));
         Ok(server.run(stop).await?)

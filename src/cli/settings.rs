@@ -1,5 +1,6 @@
 use std::{net::SocketAddr, num::NonZeroUsize, path::PathBuf, time::Duration};
 
+use async_nats::ServerAddr;
 use axum::http::{HeaderValue, Uri};
 
 use clap::{ArgAction, Args, ValueEnum};
@@ -7,7 +8,7 @@ use clap::{ArgAction, Args, ValueEnum};
 use crate::{
     grpc::GrpcConfig,
     http::{HttpConfig, Patience},
-    jobs::{BookConfig, KeyShare, PoolConfig},
+    jobs::{BookConfig, KeyShare, NatsConfig, NatsStorage, PoolConfig},
     service::ServiceConfig,
 };
 
@@ -71,6 +72,100 @@ pub struct Settings {
     /// Bytes of the file in the data directory that are kept in memory
     #[arg(long, env = "CONICOID_DATA_CACHE_BYTES", default_value_t = 64 << 20, value_name = "BYTES")]
     pub data_cache_bytes: usize,
+    /// NATS servers with JetStream over which processes share their jobs, such as nats://a:4222,nats://b:4222 or
+    /// tls://USER:PASSWORD@a:4222; each process has its own jobs when absent
+    #[arg(
+        long,
+        env = "CONICOID_NATS",
+        hide_env_values = true,
+        value_name = "URLS",
+        value_delimiter = ',',
+        value_parser = nats_server
+    )]
+    pub nats: Vec<ServerAddr>,
+    /// Run shared jobs as well as taking them in; the command 'worker' only runs them
+    #[arg(
+        long,
+        env = "CONICOID_WORK",
+        default_value = "false",
+        num_args = 0..=1,
+        default_missing_value = "true",
+        value_name = "BOOL",
+        action = ArgAction::Set
+    )]
+    pub work: bool,
+    /// File with the JWT and the key that NATS asks for (.creds)
+    #[arg(long, env = "CONICOID_NATS_CREDENTIALS", value_name = "FILE")]
+    pub nats_credentials: Option<PathBuf>,
+    /// Authority of the NATS servers' certificates, in PEM, which are asked for then; the system's when absent
+    #[arg(long, env = "CONICOID_NATS_CA", value_name = "FILE")]
+    pub nats_ca: Option<PathBuf>,
+    /// Certificate that is shown to the NATS servers, in PEM
+    #[arg(long, env = "CONICOID_NATS_CERT", value_name = "FILE", requires = "nats_key")]
+    pub nats_cert: Option<PathBuf>,
+    /// Private key of that certificate, in PEM
+    #[arg(long, env = "CONICOID_NATS_KEY", value_name = "FILE", requires = "nats_cert")]
+    pub nats_key: Option<PathBuf>,
+    /// What the names of streams, buckets and subjects begin with; processes with the same one share their jobs
+    #[arg(
+        long,
+        env = "CONICOID_NATS_PREFIX",
+        default_value = "conicoid",
+        value_name = "NAME",
+        value_parser = nats_prefix
+    )]
+    pub nats_prefix: String,
+    /// NATS servers that keep a copy of each job: 1, 3 or 5
+    #[arg(
+        long,
+        env = "CONICOID_NATS_REPLICAS",
+        default_value = "1",
+        value_name = "N",
+        value_parser = nats_replicas
+    )]
+    pub nats_replicas: usize,
+    /// Where the NATS servers keep the jobs
+    #[arg(long, env = "CONICOID_NATS_STORAGE", default_value = "file", value_name = "PLACE")]
+    pub nats_storage: NatsPlace,
+    /// Most bytes of clouds and results on NATS; new jobs are refused before that
+    #[arg(
+        long,
+        env = "CONICOID_NATS_BYTES",
+        default_value = "4294967296",
+        value_name = "BYTES",
+        value_parser = clap::value_parser!(u64).range(1 << 20..=1 << 50)
+    )]
+    pub nats_bytes: u64,
+    /// Longest time that anything is kept on NATS, whatever has become of it; a job that waits longer is lost
+    #[arg(
+        long,
+        env = "CONICOID_NATS_MAX_AGE",
+        default_value = "86400",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub nats_max_age: Duration,
+    /// A job whose worker says nothing for so long is given to another worker
+    #[arg(
+        long,
+        env = "CONICOID_NATS_ACK_WAIT",
+        default_value = "10",
+        value_name = "SECONDS",
+        value_parser = seconds
+    )]
+    pub nats_ack_wait: Duration,
+    /// Clouds of more points are cut into parts of so many, which all that work share; 0 cuts none
+    #[arg(long, env = "CONICOID_TILE_POINTS", default_value_t = 10_000_000, value_name = "N")]
+    pub tile_points: usize,
+    /// A job on which so many processes ended suddenly is failed instead of run again
+    #[arg(
+        long,
+        env = "CONICOID_MAX_CRASHES",
+        default_value_t = 3,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..)
+    )]
+    pub max_crashes: u32,
     /// Time after which an ended job and its result are forgotten
     #[arg(
         long,
@@ -145,7 +240,13 @@ pub struct Settings {
     )]
     pub write_timeout: Duration,
     /// Longest body of a request, after decompression
-    #[arg(long, env = "CONICOID_MAX_BODY_BYTES", default_value_t = 512 << 20, value_name = "BYTES")]
+    #[arg(
+        long,
+        env = "CONICOID_MAX_BODY_BYTES",
+        default_value_t = 512 << 20,
+        value_name = "BYTES",
+        value_parser = bytes_above_zero
+    )]
     pub max_body_bytes: u64,
     /// Bytes of clouds, as they are sent and 24 more a point, and of answers on their way, held at one
     /// time, over all requests
@@ -153,7 +254,8 @@ pub struct Settings {
         long,
         env = "CONICOID_MAX_BYTES_IN_FLIGHT",
         default_value_t = 2 << 30,
-        value_name = "BYTES"
+        value_name = "BYTES",
+        value_parser = bytes_above_zero
     )]
     pub max_bytes_in_flight: u64,
     /// Part of queue, max_bytes_in_flight and result_bytes that one key may take, above 0 and up to 1;
@@ -171,11 +273,18 @@ pub struct Settings {
         long,
         env = "CONICOID_MAX_MESSAGE_BYTES",
         default_value_t = 64 << 20,
-        value_name = "BYTES"
+        value_name = "BYTES",
+        value_parser = size_above_zero
     )]
     pub max_message_bytes: usize,
     /// Most points of one cloud
-    #[arg(long, env = "CONICOID_MAX_POINTS", default_value = "50000000", value_name = "N")]
+    #[arg(
+        long,
+        env = "CONICOID_MAX_POINTS",
+        default_value = "50000000",
+        value_name = "N",
+        value_parser = size_above_zero
+    )]
     pub max_points: usize,
     /// Longest time one segmentation may take, whatever its request says
     #[arg(
@@ -235,6 +344,39 @@ pub enum LogFormat {
     Json,
 }
 
+/// Where NATS servers keep what they hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NatsPlace {
+    /// On their disks.
+    File,
+    /// In their memory, for jobs that may be lost with a server.
+    Memory,
+}
+
+fn nats_server(text: &str) -> Result<ServerAddr, String> {
+    let known =
+        text.is_empty() || ["nats://", "tls://"].iter().any(|scheme| text.starts_with(scheme));
+    let server = text.parse::<ServerAddr>().ok().filter(|_| known || !text.contains("://"));
+    server
+        .ok_or_else(|| "not the address of a NATS server, such as nats://127.0.0.1:4222".to_owned())
+}
+
+/// A token of a subject, and a part of a stream's name.
+fn nats_prefix(text: &str) -> Result<String, String> {
+    let known = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    let good = (1..=32).contains(&text.len()) && text.chars().all(known);
+    if good {
+        Ok(text.to_owned())
+    } else {
+        Err("not 1 to 32 of the characters A-Z a-z 0-9 - _".to_owned())
+    }
+}
+
+fn nats_replicas(text: &str) -> Result<usize, String> {
+    let replicas = text.parse().ok().filter(|n| [1, 3, 5].contains(n));
+    replicas.ok_or_else(|| "not 1, 3 or 5".to_owned())
+}
+
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse::<f64>().ok().filter(|s| *s > 0.0 && *s <= 1e9);
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "not a number of seconds above 0".to_owned())
@@ -253,6 +395,16 @@ fn share_above_zero(text: &str) -> Result<f64, String> {
 /// A count of which there must be one at least.
 pub fn number_above_zero(text: &str) -> Result<NonZeroUsize, String> {
     text.parse().map_err(|_| "not a whole number above 0".to_owned())
+}
+
+/// A limit: nothing is within one of zero.
+pub fn size_above_zero(text: &str) -> Result<usize, String> {
+    number_above_zero(text).map(NonZeroUsize::get)
+}
+
+fn bytes_above_zero(text: &str) -> Result<u64, String> {
+    let bytes = text.parse().ok().filter(|bytes| *bytes > 0);
+    bytes.ok_or_else(|| "not a whole number above 0".to_owned())
 }
 
 /// `http` or `https`, and a host; with a path where there is one.
@@ -294,12 +446,35 @@ impl Settings {
                 result_ttl: self.result_ttl,
                 result_bytes: self.result_bytes,
                 key_share: KeyShare(self.key_share),
+                max_crashes: self.max_crashes,
             },
+            nats: self.nats_config(),
+            work: self.work,
+            tile_points: self.tile_points,
             key_share: KeyShare(self.key_share),
             upload_timeout: self.upload_timeout,
             data_dir: self.data_dir.clone(),
             data_cache_bytes: self.data_cache_bytes,
         }
+    }
+
+    /// The settings of the jobs on NATS.
+    fn nats_config(&self) -> Option<NatsConfig> {
+        (!self.nats.is_empty()).then(|| NatsConfig {
+            servers: self.nats.clone(),
+            credentials: self.nats_credentials.clone(),
+            ca: self.nats_ca.clone(),
+            certificate: self.nats_cert.clone().zip(self.nats_key.clone()),
+            prefix: self.nats_prefix.clone(),
+            replicas: self.nats_replicas,
+            storage: match self.nats_storage {
+                NatsPlace::File => NatsStorage::File,
+                NatsPlace::Memory => NatsStorage::Memory,
+            },
+            bytes: self.nats_bytes,
+            max_age: self.nats_max_age,
+            ack_wait: self.nats_ack_wait,
+        })
     }
 
     /// The settings of the HTTP interface.

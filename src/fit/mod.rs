@@ -30,6 +30,7 @@ mod section;
 mod shape;
 pub mod starts;
 mod taubin;
+mod thickness;
 
 pub use covariance::Spread;
 pub use direct::{direct_fit, direct_fit_through};

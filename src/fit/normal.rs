@@ -17,6 +17,16 @@ pub struct Normal {
 }
 
 impl Normal {
+    /// The lower triangle of J'WJ, J'Wr and the weight.
+    pub fn parts(&self) -> ([[f64; MAX_DOF]; MAX_DOF], [f64; MAX_DOF], f64) {
+        (self.jj, self.jr, self.weight)
+    }
+
+    /// From those.
+    pub fn from_parts(jj: [[f64; MAX_DOF]; MAX_DOF], jr: [f64; MAX_DOF], weight: f64) -> Self {
+        Self { jj, jr, weight }
+    }
+
     /// Adds one point with a weight: what `linearise` does for many.
     #[cfg(test)]
     pub(super) fn add(&mut self, shape: &Shape, x: &Vec3, weight: f64) {

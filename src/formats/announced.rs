@@ -1,7 +1,11 @@
-use super::{Format, FormatError, Hints, MeshWay, e57, las, obj, off, pcd, ply, stl, text};
+use super::{
+    Format, FormatError, Hints, MeshWay, advice::most_kept, e57, las, obj, off, pcd, ply, stl, text,
+};
 
 /// Bytes that a point takes once it is read.
 pub const BYTES_PER_POINT: u64 = 24;
+/// Bytes that a point takes which thinning does not keep: the point that stands for it, and its label.
+pub const BYTES_PER_THINNED: u64 = 8;
 
 /// How many points a cloud will have at most, by its header or, where it has none, by its length and
 /// lines; nothing is unpacked. Zero where [`super::read`] will refuse the bytes.
@@ -46,11 +50,25 @@ fn has_faces(bytes: &[u8], format: Format) -> bool {
 /// Most bytes that looking at the faces of a mesh takes: two hundred a triangle, for as many as are looked at.
 const MOST_FOR_FACES: u64 = 400 << 20;
 
-/// Bytes that reading a cloud takes beside its file and its points: a LAS file is read from a copy, and so is a text of
+/// Whether [`super::read`] goes through a file point by point where it thins the cloud; others it reads whole before.
+pub fn is_handed_on(bytes: &[u8], hints: impl Into<Hints>) -> bool {
+    let hints = hints.into();
+    match hints.format_of(bytes) {
+        Some(Format::Xyz | Format::Ptx) => !text::is_utf16(bytes),
+        Some(Format::Las | Format::E57) => true,
+        Some(Format::Ply) => ply::is_handed_on(bytes, &hints.meshes),
+        Some(Format::Pcd) => pcd::is_handed_on(bytes),
+        _ => false,
+    }
+}
+
+/// Bytes that reading a cloud takes beside its file and its points: a LAZ file is read from a copy, and so is a text of
 /// two bytes a character; a triangle of 50 bytes takes 200 where it is looked at.
 pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
     match hints.into().format_of(bytes) {
-        Some(Format::Las) => bytes.len() as u64,
+        // what is left of the copy without other layers is a copy again
+        Some(Format::Las) if las::is_compressed(bytes) => 2 * bytes.len() as u64,
+        Some(Format::Las) => 0,
         // a character of two bytes may become one of three
         Some(Format::Xyz | Format::Ptx | Format::Obj) if text::is_utf16(bytes) => {
             2 * bytes.len() as u64
@@ -58,6 +76,22 @@ pub fn bytes_beside(bytes: &[u8], hints: impl Into<Hints>) -> u64 {
         Some(format) if has_faces(bytes, format) => (4 * bytes.len() as u64).min(MOST_FOR_FACES),
         _ => 0,
     }
+}
+
+/// Bytes that a cloud of at most `points` takes once it is read, with what reading it takes beside its file. Where it is
+/// thinned, it is gone through once for about how many points that keeps.
+pub fn bytes_read(bytes: &[u8], hints: Hints, points: u64) -> u64 {
+    let beside = bytes_beside(bytes, hints);
+    let of = |points: u64, each: u64| points.saturating_mul(each);
+    let (held, thinned) = match hints.thin {
+        Some(length) if is_handed_on(bytes, hints) => {
+            (most_kept(bytes, hints, length, points), points)
+        }
+        Some(_) => (points, points),
+        None => (points, 0),
+    };
+    let all = of(held, BYTES_PER_POINT).saturating_add(of(thinned, BYTES_PER_THINNED));
+    all.saturating_add(beside)
 }
 
 #[cfg(test)]

@@ -13,6 +13,11 @@ pub trait Bounds: Sync {
     /// The most points there may be.
     fn most(&self) -> u64;
 
+    /// Bytes that thinning may take at most; more than any machine has, where nobody says.
+    fn memory(&self) -> u64 {
+        u64::MAX
+    }
+
     /// Whether the cloud is still wanted.
     ///
     /// # Errors
@@ -25,11 +30,25 @@ pub trait Bounds: Sync {
 pub struct Limits {
     /// Largest number of points, those with NaN coordinates included.
     pub max_points: usize,
+    /// Bytes that thinning may take.
+    pub max_thin_bytes: u64,
+}
+
+impl Limits {
+    /// So many points, and whatever memory they take.
+    pub const fn of(max_points: usize) -> Self {
+        Self { max_points, max_thin_bytes: u64::MAX }
+    }
+
+    /// The same, with so many bytes at most for thinning.
+    pub const fn with_thin_bytes(self, max_thin_bytes: u64) -> Self {
+        Self { max_thin_bytes, ..self }
+    }
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { max_points: 100_000_000 }
+        Self::of(100_000_000)
     }
 }
 
@@ -45,6 +64,10 @@ impl Bounds for Limits {
     fn most(&self) -> u64 {
         // input indices are 32-bit numbers, whatever the setting says
         self.max_points.min(u32::MAX as usize) as u64
+    }
+
+    fn memory(&self) -> u64 {
+        self.max_thin_bytes
     }
 
     fn go_on(&self) -> Result<(), FormatError> {
@@ -79,6 +102,10 @@ impl Bounds for Watched<'_> {
 
     fn most(&self) -> u64 {
         self.limits.most()
+    }
+
+    fn memory(&self) -> u64 {
+        self.limits.memory()
     }
 
     fn go_on(&self) -> Result<(), FormatError> {

@@ -7,23 +7,32 @@ use e57::{CartesianCoordinate, E57Reader, RecordDataType, RecordName};
 use super::{
     Bounds, Format, FormatError,
     guard::{MAX_POINTS_PER_BYTE, check_density, guarded},
-    memory::room_for,
+    sink::{About, Singly, Sink},
 };
 use crate::geometry::{LengthUnit, PointCloud, Vec3};
 
 /// Reads every scan, one behind the other, spherical coordinates converted and poses applied. Points the
 /// scanner marked as invalid are holes.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
-    let (points, resolution) = guarded(Format::E57, || -> Result<_, e57::Error> {
+    let mut points = Vec::new();
+    Ok(pass(bytes, limits, &mut points)?.cloud(points))
+}
+
+/// Hands the points on, as [`read`] finds them.
+pub(super) fn pass(
+    bytes: &[u8],
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<About, FormatError> {
+    let resolution = guarded(Format::E57, || -> Result<_, e57::Error> {
         let mut reader = E57Reader::new(Cursor::new(bytes))?;
         let scans = reader.pointclouds();
-        if let Err(error) = check(&scans, bytes.len(), limits) {
+        let expected =
+            check(&scans, bytes.len(), limits).and_then(|()| sink.expect(records(&scans)));
+        if let Err(error) = expected {
             return Ok(Err(error));
         }
-        let mut points = match room_for(records(&scans)) {
-            Ok(points) => points,
-            Err(error) => return Ok(Err(error)),
-        };
+        let mut points = Singly::new(sink, limits);
         let mut resolution = 0.0_f64;
         // the format allows a scan of no records to have no section in the file
         for scan in scans.iter().filter(|scan| scan.records > 0) {
@@ -31,24 +40,28 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
                 Ok(scan) => scan,
                 Err(error) => return Ok(Err(error)),
             };
-            let begin = points.len();
+            let origin = scan.transform.as_ref().map(|pose| &pose.translation);
+            let origin = origin.map_or(Vec3::zeros(), |t| Vec3::new(t.x, t.y, t.z));
+            let mut farthest = 0.0_f64;
             for point in reader.pointcloud_simple(&scan)? {
-                if let Err(error) = limits.check(points.len() as u64 + 1) {
+                let point = match point {
+                    Ok(point) => position(&point.cartesian),
+                    // a packet that completes no point; the next call goes on with the next packet
+                    Err(e57::Error::Internal { .. }) => continue,
+                    Err(error) => return Err(error),
+                };
+                if let Err(error) = points.push(point) {
                     return Ok(Err(error));
                 }
-                match point {
-                    Ok(point) => points.push(position(&point.cartesian)),
-                    // a packet that completes no point; the next call goes on with the next packet
-                    Err(e57::Error::Internal { .. }) => {}
-                    Err(error) => return Err(error),
-                }
+                let distance = (point - origin).norm();
+                farthest = if distance.is_finite() { farthest.max(distance) } else { farthest };
             }
-            resolution = resolution.max(step(&scan, &points[begin..]));
+            resolution = resolution.max(step(&scan, farthest));
         }
-        Ok(Ok((points, resolution)))
+        Ok(points.end().map(|()| resolution))
     })?;
-    // the standard allows no other
-    Ok(PointCloud { unit: Some(LengthUnit::M), resolution, ..PointCloud::from_points(points) })
+    // the standard allows no other unit
+    Ok(About { unit: Some(LengthUnit::M), resolution, grid: None })
 }
 
 /// The records that the header announces, as far as the bytes can hold them.
@@ -82,14 +95,13 @@ fn upright(scan: &e57::PointCloud) -> Result<e57::PointCloud, FormatError> {
     Ok(scan)
 }
 
-/// The step in which the coordinates of a scan, here in the frame of all, came before its pose was applied; nought where none
-/// was or they are doubles.
-fn step(scan: &e57::PointCloud, points: &[Vec3]) -> f64 {
-    let Some(pose) = &scan.transform else { return 0.0 };
-    let t = &pose.translation;
-    let origin = Vec3::new(t.x, t.y, t.z);
-    let farthest = points.iter().map(|p| (p - origin).norm()).filter(|d| d.is_finite());
-    let farthest = farthest.fold(0.0, f64::max) as f32;
+/// The step in which the coordinates of a scan, up to the `farthest` from its origin, came before its pose was applied; nought
+/// where none was or they are doubles.
+fn step(scan: &e57::PointCloud, farthest: f64) -> f64 {
+    if scan.transform.is_none() {
+        return 0.0;
+    }
+    let farthest = farthest as f32;
     let is_length = |name: &RecordName| {
         use RecordName::{CartesianX, CartesianY, CartesianZ, SphericalRange};
         matches!(name, CartesianX | CartesianY | CartesianZ | SphericalRange)
@@ -189,12 +201,12 @@ pub(super) mod tests {
     fn all_scans_are_read_with_their_poses_and_holes() {
         let bytes = file();
         assert_eq!(Format::detect(&bytes), Some(Format::E57));
-        let cloud = read(&bytes, &Limits { max_points: 6 }).unwrap();
+        let cloud = read(&bytes, &Limits::of(6)).unwrap();
         let xs: Vec<_> = cloud.points.iter().map(|p| p.x).collect();
         assert_eq!(xs, [1.5, 7.0, 101.5, 107.0]);
         assert_eq!(cloud.input_index, Some(vec![0, 2, 3, 5]));
         assert_eq!(
-            read(&bytes, &Limits { max_points: 5 }),
+            read(&bytes, &Limits::of(5)),
             Err(FormatError::TooManyPoints { points: 6, limit: 5 })
         );
     }
@@ -204,17 +216,16 @@ pub(super) mod tests {
         let cloud = read(&file(), &Limits::default()).unwrap();
         assert_eq!((cloud.unit, cloud.resolution), (Some(LengthUnit::M), 0.0));
         let mut scans = E57Reader::new(Cursor::new(file())).unwrap().pointclouds();
-        let points = [Vec3::new(100.0, 3.0, 4.0), Vec3::repeat(f64::NAN)];
         let mut with = |data_type| {
             scans[1].prototype[2].data_type = data_type;
-            step(&scans[1], &points)
+            step(&scans[1], 5.0)
         };
         // from 4 to 8 single numbers are 2^-21 apart
         assert_eq!(with(RecordDataType::Single { min: None, max: None }), 2_f64.powi(-21));
         let scaled = RecordDataType::ScaledInteger { min: 0, max: 9, scale: 1e-3, offset: 0.0 };
         assert_eq!(with(scaled), 1e-3);
         scans[1].transform = None;
-        assert_eq!(step(&scans[1], &points), 0.0);
+        assert_eq!(step(&scans[1], 5.0), 0.0);
     }
 
     #[test]

@@ -221,6 +221,31 @@ pub enum FormatError {
         /// The points there may be.
         points: u64,
     },
+    /// The length of thinning cannot be told beside the coordinates.
+    #[error(
+        "thin={length} is too small beside a coordinate of {coordinate}: take {least} or more, or leave it out"
+    )]
+    ThinTooSmall {
+        /// The length.
+        length: String,
+        /// One that can be told.
+        least: String,
+        /// The largest coordinate.
+        coordinate: String,
+    },
+    /// Thinning keeps more points than there is memory for.
+    #[error(
+        "thin={length} keeps more points than the {megabytes} MB hold that it may take, after {read} points of the file: \
+         take a larger thin (twice the length takes about a quarter of the memory)"
+    )]
+    ThinTakesMemory {
+        /// The length.
+        length: String,
+        /// Points read by then.
+        read: u64,
+        /// Megabytes that there are.
+        megabytes: u64,
+    },
     /// The caller wants the cloud no longer.
     #[error("reading was stopped")]
     Stopped,

@@ -11,6 +11,8 @@ pub struct Hints {
     pub columns: Option<Columns>,
     /// How a mesh is read.
     pub meshes: Meshes,
+    /// The least distance of the points that are kept; all are when absent.
+    pub thin: Option<f64>,
 }
 
 impl From<Option<Format>> for Hints {
@@ -22,6 +24,11 @@ impl From<Option<Format>> for Hints {
 impl Hints {
     /// The most lines that may be passed over: those of a long protocol before a scan.
     pub const MAX_SKIP_LINES: u64 = 1_000_000;
+
+    /// The same for all points.
+    pub fn whole(self) -> Self {
+        Self { thin: None, ..self }
+    }
 
     /// The format that bytes are read as: the one named, or the one that they show. `None` where they show none.
     pub fn format_of(&self, bytes: &[u8]) -> Option<Format> {

@@ -34,7 +34,7 @@ pub(super) fn files() -> Vec<(Format, Vec<u8>)> {
     ]
 }
 
-const LIMITS: Limits = Limits { max_points: 100_000 };
+const LIMITS: Limits = Limits::of(100_000);
 
 /// Reads with the format named and told from the bytes; only a panic can fail here.
 fn answer(format: Format, bytes: &[u8]) {

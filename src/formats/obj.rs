@@ -20,26 +20,57 @@ pub(super) fn read(
 ) -> Result<PointCloud, FormatError> {
     let mut points = room_for(most_points(bytes).min(limits.most()))?;
     let mut faces = Faces::default();
+    let mut begun = Vec::new();
     for (index, line) in text::lines(text::without_bom(bytes)).enumerate() {
         if index % LINES_A_LOOK == 0 {
             limits.go_on()?;
         }
-        let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
-        match words.next() {
-            Some(b"v") => {
-                limits.check(points.len() as u64 + 1)?;
-                points.push(vertex(words, index + 1)?);
-            }
-            Some(b"f" | b"fo") if !faces.are_wanted() => faces.push(&[]),
-            Some(b"f" | b"fo") => {
-                let face: Option<Vec<u32>> = words.map(|word| corner(word, points.len())).collect();
-                // a face that names what is none counts, for faces are told by their number
-                faces.push(&face.unwrap_or_default());
-            }
-            _ => {}
+        if let Some(begin) = going_on(line, !begun.is_empty()) {
+            begun.extend_from_slice(begin);
+            begun.push(b' ');
+        } else if begun.is_empty() {
+            take(line, index + 1, &mut points, &mut faces, limits)?;
+        } else {
+            begun.extend_from_slice(line);
+            take(&begun, index + 1, &mut points, &mut faces, limits)?;
+            begun.clear();
         }
     }
+    take(&begun, text::line_count(bytes) as usize, &mut points, &mut faces, limits)?;
     mesh::cloud(points, &faces, how, limits)
+}
+
+/// A line without the backslash that lets it go on in the next one, where it has such and is read: names and comments may
+/// end in one that means nothing, as paths do.
+fn going_on(line: &[u8], is_begun: bool) -> Option<&[u8]> {
+    let begin = line.trim_ascii_end().strip_suffix(b"\\")?;
+    let word = begin.split(u8::is_ascii_whitespace).find(|w| !w.is_empty());
+    (is_begun || matches!(word, Some(b"v" | b"f" | b"fo"))).then_some(begin)
+}
+
+/// Takes the vertex or the face of a line; `number` is that of its last one.
+fn take(
+    line: &[u8],
+    number: usize,
+    points: &mut Vec<Vec3>,
+    faces: &mut Faces,
+    limits: &dyn Bounds,
+) -> Result<(), FormatError> {
+    let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
+    match words.next() {
+        Some(b"v") => {
+            limits.check(points.len() as u64 + 1)?;
+            points.push(vertex(words, number)?);
+        }
+        Some(b"f" | b"fo") if !faces.are_wanted() => faces.push(&[]),
+        Some(b"f" | b"fo") => {
+            let face: Option<Vec<u32>> = words.map(|word| corner(word, points.len())).collect();
+            // a face that names what is none counts, for faces are told by their number
+            faces.push(&face.unwrap_or_default());
+        }
+        _ => {}
+    }
+    Ok(())
 }
 
 /// The most vertices that the lines can hold.
@@ -88,6 +119,18 @@ mod tests {
     }
 
     #[test]
+    fn a_line_goes_on_behind_a_backslash_where_it_is_a_vertex_or_a_face() {
+        let text = b"# from C:\\parts\\\nv 1 2 \\\n 3\no part\\\nv 4 \\ \r\n5 \\\r\n 6\nf 1 \\\n2 1\nv 7 8 9\\";
+        let cloud = read(text, &Meshes::default(), &Limits::default()).unwrap();
+        let told: Vec<[f64; 3]> = cloud.points.iter().map(|p| (*p).into()).collect();
+        assert_eq!(told, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
+        assert_eq!(cloud.mesh.unwrap().faces, 1);
+        let error = read(b"v 1 \\\n2\n", &Meshes::default(), &Limits::of(1)).unwrap_err();
+        let (format, line) = (Format::Obj, 2);
+        assert_eq!(error, FormatError::TooFewColumns { format, line, found: 2, needed: 3 });
+    }
+
+    #[test]
     fn a_cloud_nobody_wants_any_more_is_not_read_through_its_faces() {
         let text = format!("v 1 2 3\n{}", "f 1 1 1\n".repeat(2 * LINES_A_LOOK));
         let looks = AtomicU32::new(0);
@@ -116,8 +159,7 @@ mod tests {
 
     #[test]
     fn errors_name_the_line() {
-        let error =
-            |text: &[u8]| read(text, &Meshes::default(), &Limits { max_points: 1 }).unwrap_err();
+        let error = |text: &[u8]| read(text, &Meshes::default(), &Limits::of(1)).unwrap_err();
         let (format, line) = (Format::Obj, 2);
         assert_eq!(
             error(b"o a\nv 1 2\n"),

@@ -5,13 +5,13 @@ use crate::geometry::{PointCloud, Vec3};
 /// Copies from which on they are holes: programs that write no NaN put each there.
 const FEWEST: usize = 10;
 /// Other points whose copies are counted: where they have as many, all points stand there again and again.
-const COMPARED: usize = 16;
+pub(super) const COMPARED: usize = 16;
 
 /// Takes out the points at exactly 0, 0, 0 where there are many; they count as skipped.
-pub(super) fn take_holes(cloud: &mut PointCloud) {
+pub fn take_holes(cloud: &mut PointCloud) {
     let is_hole = |p: &Vec3| *p == Vec3::zeros();
     let holes = cloud.points.iter().filter(|p| is_hole(p)).count();
-    if holes < FEWEST || 2 * most_copies(&cloud.points) >= holes {
+    if !may_be_holes(holes) || !are_holes(holes, most_copies(&cloud.points)) {
         return;
     }
     let index =
@@ -20,6 +20,16 @@ pub(super) fn take_holes(cloud: &mut PointCloud) {
     cloud.input_index = Some(kept.map(|(i, _)| i).collect());
     cloud.points.retain(|p| !is_hole(p));
     cloud.holes_at_origin = holes;
+}
+
+/// Whether so many points at exactly 0, 0, 0 may be holes.
+pub(super) fn may_be_holes(points: usize) -> bool {
+    points >= FEWEST
+}
+
+/// Whether so many points at exactly 0, 0, 0 are holes where others have as many copies.
+pub(super) fn are_holes(points: usize, copies: usize) -> bool {
+    2 * copies < points
 }
 
 /// The most copies that some points elsewhere have, evenly spread over the cloud.

@@ -13,7 +13,7 @@ use super::{
     Bounds, Format, FormatError,
     error::excerpt,
     line::{Pace, check_length},
-    memory::room_for,
+    sink::{About, Singly, Sink},
     text,
 };
 use crate::geometry::{Grid, PointCloud, Vec3};
@@ -43,9 +43,20 @@ pub(super) fn begins(bytes: &[u8]) -> bool {
 /// # Errors
 /// A header is wrong, a line is no point, lines are missing, or `limits` are exceeded.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
+    let mut points = Vec::new();
+    Ok(pass(bytes, limits, &mut points)?.cloud(points))
+}
+
+/// Hands the points on, as [`read`] finds them.
+pub(super) fn pass(
+    bytes: &[u8],
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<About, FormatError> {
     let bytes = text::without_bom(bytes);
     let mut lines = Lines { all: text::lines(bytes), number: 0, pace: Pace::new(limits) };
-    let mut points = room_for(text::line_count(bytes).min(limits.most()))?;
+    sink.expect(text::line_count(bytes).min(limits.most()))?;
+    let mut points = Singly::new(sink, limits);
     let (mut grid, mut scans, mut resolution) = (None, 0, 0.0_f64);
     while let Some(scan) = Scan::next(&mut lines)? {
         let announced = scan.columns.saturating_mul(scan.rows);
@@ -58,10 +69,9 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
             if k < LOOKED_AT {
                 decimals.see(line);
             }
-            limits.check(points.len() as u64 + 1)?;
             // nothing is measured at the scanner itself
             let hole = local == Vec3::zeros();
-            points.push(if hole { Vec3::repeat(f64::NAN) } else { scan.pose.world(&local) });
+            points.push(if hole { Vec3::repeat(f64::NAN) } else { scan.pose.world(&local) })?;
         }
         scans += 1;
         // the points of a column follow each other
@@ -69,7 +79,8 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
         grid = size.filter(|_| scans == 1).map(|(width, height)| Grid { width, height });
         resolution = resolution.max(decimals.step() * scan.pose.scale());
     }
-    Ok(PointCloud { grid, resolution, ..PointCloud::from_points(points) })
+    points.end()?;
+    Ok(About { grid, resolution, unit: None })
 }
 
 /// The lines of a file that have anything in them and are no comments.

@@ -1,12 +1,18 @@
+use std::borrow::Cow;
+
 use super::{
-    Bounds, Format, FormatError, Hints, e57, error::excerpt, foreign, las, obj, off, origin, pcd,
-    ply, ptx, stl, text, xyz,
+    Bounds, Format, FormatError, Hints, e57,
+    error::excerpt,
+    foreign, las, obj, off, origin, pcd, ply, ptx,
+    sink::{About, Sink},
+    stl, text, thin, xyz,
 };
 use crate::geometry::PointCloud;
 
 /// Reads a point cloud, as `hints` say where the sender knows more than the bytes show.
 ///
-/// Points with a NaN or infinite coordinate are counted and left out; see [`PointCloud`]. `limits` are
+/// Points with a NaN or infinite coordinate are counted and left out; see [`PointCloud`]. Where `hints` say so the cloud
+/// is thinned as it is read, and most formats are never held whole then. `limits` are
 /// [`super::Limits`], or [`super::Watched`] where the caller may lose interest.
 ///
 /// # Errors
@@ -16,50 +22,124 @@ pub fn read(
     hints: impl Into<Hints>,
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
-    let hints = hints.into();
-    let meshes = hints.meshes;
-    if bytes.is_empty() {
-        return Err(FormatError::Empty);
-    }
-    if let Some(with) = packed(bytes) {
-        return Err(FormatError::Compressed { with });
-    }
-    let format = hints.format_of(bytes);
-    let decoded = match format {
-        None | Some(Format::Xyz | Format::Ptx | Format::Obj) => text::from_utf16(bytes),
-        _ => None,
+    let source = Source::open(bytes, hints.into())?;
+    let Some(length) = source.hints.thin else { return source.whole(limits) };
+    // what is not known before the first pass, such as a grid, is known after it
+    let mut is_passed = true;
+    let mut pass = |sink: &mut dyn Sink| {
+        let about = source.pass(limits, sink)?;
+        is_passed = about.is_some();
+        Ok(about.unwrap_or_default())
     };
-    let bytes = decoded.as_deref().unwrap_or(bytes);
-    let told = || text::behind_lines(bytes, hints.skip_lines);
-    if matches!(format, None | Some(Format::Xyz))
-        && let Some((what, advice)) = foreign::kind(told())
-    {
-        return Err(FormatError::Foreign { what, advice });
+    let cloud = thin::thin(&mut pass, length, source.format != Format::E57, limits);
+    if !is_passed {
+        return thin::thinned(&source.whole(limits)?, length, limits);
     }
-    let format = format.ok_or_else(|| FormatError::Unknown { start: excerpt(bytes) })?;
-    check_parameters(&hints, format)?;
-    let mut cloud = match format {
-        Format::Ply => ply::read(bytes, &meshes, limits),
-        Format::Xyz => xyz::read(told(), &hints, limits),
-        Format::Ptx => ptx::read(bytes, limits),
-        Format::Pcd => pcd::read(bytes, limits),
-        Format::Las => las::read(bytes, limits),
-        Format::E57 => e57::read(bytes, limits),
-        Format::Stl => stl::read(bytes, &meshes, limits),
-        Format::Obj => obj::read(bytes, &meshes, limits),
-        Format::Off => off::read(bytes, &meshes, limits),
-    }?;
-    if cloud.input_len == 0 {
-        return Err(FormatError::NoPoints { format });
+    source.checked(cloud?)
+}
+
+/// Gives `sink` all points of a cloud in their order, also those that [`read`] thins out or takes for holes; those without
+/// three finite coordinates as they are; what else the file says of them. No more of a file is held at a time than its format
+/// needs.
+///
+/// # Errors
+/// As those of [`read`], and those of `sink`.
+pub fn each_point(
+    bytes: &[u8],
+    hints: impl Into<Hints>,
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<About, FormatError> {
+    let source = Source::open(bytes, hints.into().whole())?;
+    if let Some(about) = source.pass(limits, sink)? {
+        return Ok(about);
     }
-    // E57 has a state for points that are none
-    if format != Format::E57 {
-        origin::take_holes(&mut cloud);
+    let cloud = source.whole(limits)?;
+    cloud.each_block(|points| sink.take(points))?;
+    Ok(About { grid: cloud.grid, unit: cloud.unit, resolution: cloud.resolution })
+}
+
+/// Bytes whose format is known.
+struct Source<'a> {
+    bytes: Cow<'a, [u8]>,
+    format: Format,
+    hints: Hints,
+}
+
+impl<'a> Source<'a> {
+    fn open(bytes: &'a [u8], hints: Hints) -> Result<Self, FormatError> {
+        if bytes.is_empty() {
+            return Err(FormatError::Empty);
+        }
+        if let Some(with) = packed(bytes) {
+            return Err(FormatError::Compressed { with });
+        }
+        let format = hints.format_of(bytes);
+        let decoded = match format {
+            None | Some(Format::Xyz | Format::Ptx | Format::Obj) => text::from_utf16(bytes),
+            _ => None,
+        };
+        let bytes = decoded.map_or(Cow::Borrowed(bytes), Cow::Owned);
+        if matches!(format, None | Some(Format::Xyz))
+            && let Some((what, advice)) =
+                foreign::kind(text::behind_lines(&bytes, hints.skip_lines))
+        {
+            return Err(FormatError::Foreign { what, advice });
+        }
+        let format = format.ok_or_else(|| FormatError::Unknown { start: excerpt(&bytes) })?;
+        check_parameters(&hints, format)?;
+        Ok(Self { bytes, format, hints })
     }
-    if cloud.points.is_empty() {
-        return Err(FormatError::NoFinitePoints { points: cloud.input_len });
+
+    /// The text behind the lines that are passed over.
+    fn told(&self) -> &[u8] {
+        text::behind_lines(&self.bytes, self.hints.skip_lines)
     }
-    Ok(cloud)
+
+    /// Hands the points on as they are read; `None` where they are not read in one go, before any.
+    fn pass(&self, limits: &dyn Bounds, sink: &mut dyn Sink) -> Result<Option<About>, FormatError> {
+        let (bytes, hints) = (&self.bytes, &self.hints);
+        match self.format {
+            Format::Ply => ply::pass(bytes, &hints.meshes, limits, sink),
+            Format::Xyz => xyz::pass(self.told(), hints, limits, sink).map(Some),
+            Format::Pcd => pcd::pass(bytes, limits, sink),
+            Format::Las => las::pass(bytes, limits, sink).map(Some),
+            Format::Ptx => ptx::pass(bytes, limits, sink).map(Some),
+            Format::E57 => e57::pass(bytes, limits, sink).map(Some),
+            Format::Stl | Format::Obj | Format::Off => Ok(None),
+        }
+    }
+
+    /// The cloud with all its points.
+    fn whole(&self, limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
+        let (bytes, meshes) = (&self.bytes, &self.hints.meshes);
+        let mut cloud = match self.format {
+            Format::Ply => ply::read(bytes, meshes, limits),
+            Format::Xyz => xyz::read(self.told(), &self.hints, limits),
+            Format::Ptx => ptx::read(bytes, limits),
+            Format::Pcd => pcd::read(bytes, limits),
+            Format::Las => las::read(bytes, limits),
+            Format::E57 => e57::read(bytes, limits),
+            Format::Stl => stl::read(bytes, meshes, limits),
+            Format::Obj => obj::read(bytes, meshes, limits),
+            Format::Off => off::read(bytes, meshes, limits),
+        }?;
+        // E57 has a state for points that are none
+        if self.format != Format::E57 {
+            origin::take_holes(&mut cloud);
+        }
+        self.checked(cloud)
+    }
+
+    /// Refuses a cloud without any point.
+    fn checked(&self, cloud: PointCloud) -> Result<PointCloud, FormatError> {
+        let (format, points) = (self.format, cloud.input_len);
+        match cloud.points.is_empty() {
+            true if points == 0 => Err(FormatError::NoPoints { format }),
+            true => Err(FormatError::NoFinitePoints { points }),
+            false => Ok(cloud),
+        }
+    }
 }
 
 /// Refuses parameters of texts for what is none.

@@ -1,4 +1,4 @@
-use super::{FormatError, memory::zeros};
+use super::{FormatError, memory::zeros, sink::Sink};
 use crate::geometry::Vec3;
 
 /// Byte order of binary numbers.
@@ -127,11 +127,41 @@ pub(super) fn decode_records(
 ) -> Result<Vec<Vec3>, FormatError> {
     let mut points = zeros((bytes.len() / stride) as u64)?;
     for (block, records) in points.chunks_mut(BLOCK).zip(bytes.chunks(BLOCK * stride)) {
-        for (axis, column) in columns.into_iter().enumerate() {
-            decode_column(records, stride, endian, column, block, axis);
-        }
+        decode_block(records, stride, endian, columns, block);
     }
     Ok(points)
+}
+
+/// Decodes records as [`decode_records`] does, and hands the points on.
+///
+/// # Errors
+/// `sink` does not want them.
+pub(super) fn hand_on_records(
+    bytes: &[u8],
+    stride: usize,
+    endian: Endian,
+    columns: [Column; 3],
+    sink: &mut dyn Sink,
+) -> Result<(), FormatError> {
+    let mut block = [Vec3::zeros(); BLOCK];
+    for records in bytes.chunks(BLOCK * stride) {
+        let block = &mut block[..records.len() / stride];
+        decode_block(records, stride, endian, columns, block);
+        sink.take(block)?;
+    }
+    Ok(())
+}
+
+fn decode_block(
+    records: &[u8],
+    stride: usize,
+    endian: Endian,
+    columns: [Column; 3],
+    block: &mut [Vec3],
+) {
+    for (axis, column) in columns.into_iter().enumerate() {
+        decode_column(records, stride, endian, column, block, axis);
+    }
 }
 
 /// Decodes one column of records of `stride` bytes into coordinate `axis` of `points`.

@@ -213,11 +213,11 @@ pub(super) mod tests {
         for file in [binary_file(), ascii_file().into_bytes()] {
             assert_eq!(Format::detect(&file), Some(Format::Stl));
             let how = Meshes { way: MeshWay::Vertices, ..Meshes::default() };
-            let cloud = read(&file, &how, &Limits { max_points: 4 }).unwrap();
+            let cloud = read(&file, &how, &Limits::of(4)).unwrap();
             let points: Vec<[f64; 3]> = cloud.points.iter().map(|&p| p.into()).collect();
             assert_eq!(points, expected);
             assert_eq!(
-                read(&file, &how, &Limits { max_points: 3 }),
+                read(&file, &how, &Limits::of(3)),
                 Err(FormatError::TooManyPoints { points: 4, limit: 3 })
             );
         }

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use super::{LengthUnit, Vec3};
+use super::{LengthUnit, Thinned, Vec3};
 
 /// The rows and columns of an organised cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,8 @@ pub struct Grid {
 /// The finite points of a cloud, and where they stood in the input.
 ///
 /// Input points with a NaN or infinite coordinate (the holes of an organised cloud among them) are
-/// not stored; they are counted, and labelled -1 in every answer.
+/// not stored; they are counted, and labelled -1 in every answer. Of a thinned cloud no others are stored than the kept
+/// points, and each input point has the label of the one nearest to it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloud {
     /// The finite points in input order, in the input's unit.
@@ -37,6 +38,10 @@ pub struct PointCloud {
     pub labels: Option<Vec<i32>>,
     /// The outward normal at each stored point, of any length, where the input has them.
     pub normals: Option<Vec<[f32; 3]>>,
+    /// Finite points that are worked on elsewhere, and not stored.
+    pub elsewhere: usize,
+    /// How the input was thinned, where it was: the stored points are those that were kept.
+    pub thinned: Option<Arc<Thinned>>,
 }
 
 /// A mesh, of which the points are the vertices or samples.
@@ -107,7 +112,30 @@ impl PointCloud {
 
     /// How many input points were left out because a coordinate was not finite.
     pub fn skipped(&self) -> usize {
-        self.input_len - self.points.len()
+        self.input_len
+            - self.thinned.as_ref().map_or(self.points.len() + self.elsewhere, |t| t.finite)
+    }
+
+    /// Gives `take` all input points in their order, some at a time; those left out are NaN. The cloud must not be thinned.
+    ///
+    /// # Errors
+    /// `take` fails.
+    pub fn each_block<E>(&self, mut take: impl FnMut(&[Vec3]) -> Result<(), E>) -> Result<(), E> {
+        /// Points of a block with holes.
+        const BLOCK: usize = 4096;
+        let Some(index) = &self.input_index else { return take(&self.points) };
+        let (mut block, mut stored) = (Vec::with_capacity(BLOCK), 0);
+        for first in (0..self.input_len).step_by(BLOCK) {
+            let end = self.input_len.min(first + BLOCK);
+            block.clear();
+            block.resize(end - first, Vec3::repeat(f64::NAN));
+            while let Some(&at) = index.get(stored).filter(|&&at| (at as usize) < end) {
+                block[at as usize - first] = self.points[stored];
+                stored += 1;
+            }
+            take(&block)?;
+        }
+        Ok(())
     }
 
     /// The points that `keep` says, by themselves; input indices are those of the stored points here.
@@ -127,6 +155,8 @@ impl PointCloud {
             resolution: self.resolution,
             holes_at_origin: 0,
             mesh: None,
+            elsewhere: 0,
+            thinned: None,
         }
     }
 
@@ -141,6 +171,9 @@ impl PointCloud {
 
     /// Spreads labels of the stored points over all input points; skipped ones get -1.
     pub fn labels_in_input_order(&self, labels: Vec<i32>) -> Vec<i32> {
+        if let Some(thinned) = &self.thinned {
+            return thinned.spread(&labels, -1);
+        }
         let Some(index) = &self.input_index else { return labels };
         let mut all = vec![-1; self.input_len];
         for (&i, label) in index.iter().zip(labels) {

@@ -2,20 +2,26 @@
 
 mod classify;
 mod cloud;
+mod direction;
 mod frame;
+mod lot;
 mod quadric;
 mod recover;
 mod surface;
+mod thinned;
 mod unit;
 
 pub use classify::{CanonicalForm, QuadricType, classify};
 pub use cloud::{Grid, Mesh, MeshSamples, PointCloud};
+pub use direction::moderate;
 pub use frame::Frame;
+pub use lot::lot;
 pub use quadric::{Quadric, Scale};
 pub use recover::{Recovered, Tolerance, recover, recover_local};
 pub use surface::{
     Cone, Cylinder, Ellipsoid, EllipticCylinder, Plane, Sphere, Surface, SurfaceType, Torus,
 };
+pub use thinned::Thinned;
 pub use unit::LengthUnit;
 
 /// A point or a direction in the input's unit.

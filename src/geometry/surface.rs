@@ -1,4 +1,4 @@
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::{Mat3, Quadric, Vec3};
 
@@ -195,8 +195,9 @@ pub struct Torus {
     pub minor_radius: f64,
 }
 
-/// A reported surface in engineering terms; lengths in the input's unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+/// A reported surface in engineering terms; lengths in the input's unit. `type` tells which.
+// read without its type as well, which results had not that were kept by earlier versions
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, utoipa::ToSchema)]
 #[serde(untagged)]
 pub enum Surface {
     /// A plane.
@@ -213,6 +214,32 @@ pub enum Surface {
     Ellipsoid(Ellipsoid),
     /// A torus.
     Torus(Torus),
+}
+
+impl Serialize for Surface {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        #[serde(tag = "type", rename_all = "snake_case")]
+        enum Typed<'a> {
+            Plane(&'a Plane),
+            Sphere(&'a Sphere),
+            Cylinder(&'a Cylinder),
+            EllipticCylinder(&'a EllipticCylinder),
+            Cone(&'a Cone),
+            Ellipsoid(&'a Ellipsoid),
+            Torus(&'a Torus),
+        }
+        match self {
+            Self::Plane(s) => Typed::Plane(s),
+            Self::Sphere(s) => Typed::Sphere(s),
+            Self::Cylinder(s) => Typed::Cylinder(s),
+            Self::EllipticCylinder(s) => Typed::EllipticCylinder(s),
+            Self::Cone(s) => Typed::Cone(s),
+            Self::Ellipsoid(s) => Typed::Ellipsoid(s),
+            Self::Torus(s) => Typed::Torus(s),
+        }
+        .serialize(serializer)
+    }
 }
 
 /// x'Qx - 2c'Qx + c'Qc = rhs for Q = sum of `curvatures[i] * directions[i] directions[i]'`.

@@ -3,14 +3,14 @@ use std::sync::Arc;
 use axum::{
     body::Body,
     extract::{Request, State},
-    http::header::AUTHORIZATION,
+    http::{HeaderMap, header::AUTHORIZATION},
     middleware::Next,
     response::Response,
 };
 use tonic::{Code, Status};
 use tracing::Span;
 
-use super::{config::GrpcConfig, intake::Intake, outcome::Outcome};
+use super::{config::GrpcConfig, intake::Intake, outcome::Outcome, unpack::Packing};
 use crate::{
     jobs::{BytesHeld, trace},
     service::{ErrorKind, Peer, Service, ServiceError, request_id},
@@ -18,6 +18,10 @@ use crate::{
 
 /// How tonic begins to tell of bytes that are no message.
 const UNDECODED: &str = "failed to decode Protobuf message";
+/// How it begins to tell of messages in a packing that is not taken.
+const PACKED_OTHERWISE: &str = "Content is compressed with";
+/// The header that says which are.
+const ACCEPTED: &str = "grpc-accept-encoding";
 
 /// Gives each call its id, its spans in log and trace, its line in the log, its place in the metrics
 /// and its share of the budget.
@@ -69,9 +73,16 @@ fn counted(
         share.charge(caller.as_deref())?;
     }
     request.extensions_mut().insert(held.clone());
+    let encoding = request.headers().get("grpc-encoding").and_then(|value| value.to_str().ok());
+    let packing = encoding.and_then(Packing::from_name);
+    if let Some(packing) = packing {
+        // given back with the body, which holds it
+        copy.grow_to(packing.bytes_beside())?;
+    }
     let time = service.config().upload_timeout;
     let (held, limit) = (held.clone(), config.max_message_bytes);
-    Ok(request.map(|body| Body::new(Intake::new(body, held, copy, limit, time))))
+    let intake = |body| Intake::new(body, held, copy, limit, time).unpacking(packing, limit);
+    Ok(request.map(|body| Body::new(intake(body))))
 }
 
 /// The response, with the error of the table where tonic itself refused the call.
@@ -89,12 +100,27 @@ fn in_our_terms(response: Response) -> Response {
         (Code::Internal, told) if told.starts_with(UNDECODED) => {
             (ErrorKind::MalformedBody, format!("the message is none of the contract's: {told}"))
         }
+        // the code is what the protocol asks for, with the encodings that are taken in a header
+        (Code::Unimplemented, told) if told.starts_with(PACKED_OTHERWISE) => {
+            let detail = format!("{told}: send gzip, zstd or identity");
+            return unsupported(detail, response.headers());
+        }
         (Code::Unimplemented, "") => {
             (ErrorKind::NotFound, "no such call: server reflection lists what there is".to_owned())
         }
         _ => return response,
     };
     Status::from(ServiceError::new(kind, detail)).into_http()
+}
+
+/// The answer to messages whose packing is not known.
+fn unsupported(detail: String, told: &HeaderMap) -> Response {
+    let error = ServiceError::new(ErrorKind::UnsupportedEncoding, detail);
+    let mut response = super::status::with_code(error, Code::Unimplemented).into_http();
+    if let Some(encodings) = told.get(ACCEPTED) {
+        response.headers_mut().insert(ACCEPTED, encodings.clone());
+    }
+    response
 }
 
 /// The call's span in its trace, by the conventions of RPC servers.

@@ -1,7 +1,7 @@
 use bytes::{Buf, Bytes, BytesMut};
 
 /// Before each message: whether it is compressed, and its length in four bytes.
-const HEAD: usize = 5;
+pub const HEAD: usize = 5;
 /// Messages up to this long are passed on as they come.
 const SMALL: usize = 64 << 10;
 /// Of longer ones this share must have come first: their reader makes room for all of a message at once.

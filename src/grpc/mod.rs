@@ -1,5 +1,6 @@
 //! The gRPC interface: the services of `conicoid.v1`, health and reflection.
 
+mod answer;
 mod call;
 mod config;
 mod context;
@@ -11,11 +12,16 @@ mod outcome;
 mod segmentations;
 mod status;
 mod timeout;
+mod unpack;
 
 use std::sync::Arc;
 
 use axum::Router;
-use tonic::{server::NamedService, service::RoutesBuilder};
+use tonic::{
+    codec::CompressionEncoding::{Gzip, Zstd},
+    server::NamedService,
+    service::RoutesBuilder,
+};
 use tonic_health::{ServingStatus, server::HealthReporter};
 
 use crate::service::{
@@ -43,12 +49,25 @@ pub async fn router(
     config: GrpcConfig,
 ) -> Result<(Router, HealthReporter), tonic_reflection::server::Error> {
     let (health, health_service) = tonic_health::server::health_reporter();
+    // answers are packed for those who say that they take it
     let segmentations = SegmentationsServer::new(Segmentations::new(Arc::clone(&service)))
-        .max_decoding_message_size(config.max_message_bytes);
+        .max_decoding_message_size(config.max_message_bytes)
+        .accept_compressed(Gzip)
+        .accept_compressed(Zstd)
+        .send_compressed(Gzip)
+        .send_compressed(Zstd);
     let jobs = JobsServer::new(Jobs::new(Arc::clone(&service)))
-        .max_decoding_message_size(config.max_message_bytes);
+        .max_decoding_message_size(config.max_message_bytes)
+        .accept_compressed(Gzip)
+        .accept_compressed(Zstd)
+        .send_compressed(Gzip)
+        .send_compressed(Zstd);
     let fits = FitsServer::new(Fits::new(Arc::clone(&service)))
-        .max_decoding_message_size(config.max_message_bytes);
+        .max_decoding_message_size(config.max_message_bytes)
+        .accept_compressed(Gzip)
+        .accept_compressed(Zstd)
+        .send_compressed(Gzip)
+        .send_compressed(Zstd);
     health.set_serving::<FitsServer<Fits>>().await;
     health.set_serving::<SegmentationsServer<Segmentations>>().await;
     health.set_serving::<JobsServer<Jobs>>().await;
@@ -60,9 +79,9 @@ pub async fn router(
     // an empty router first: the default one would answer unknown paths with status 200
     let mut routes = RoutesBuilder::from(Router::new());
     routes
-        .add_service(health_service)
-        .add_service(reflection().build_v1()?)
-        .add_service(reflection().build_v1alpha()?)
+        .add_service(health_service.accept_compressed(Gzip).accept_compressed(Zstd))
+        .add_service(reflection().build_v1()?.accept_compressed(Gzip).accept_compressed(Zstd))
+        .add_service(reflection().build_v1alpha()?.accept_compressed(Gzip).accept_compressed(Zstd))
         .add_service(segmentations)
         .add_service(jobs)
         .add_service(fits);

@@ -19,14 +19,20 @@ use crate::jobs::{
 };
 
 /// The calls of the contract, and those of health and reflection: strangers name others.
-const METHODS: [&str; 13] = [
+const METHODS: [&str; 19] = [
     "conicoid.v1.Segmentations/Segment",
     "conicoid.v1.Segmentations/SegmentUpload",
     "conicoid.v1.Fits/Fit",
+    "conicoid.v1.Fits/FitFile",
+    "conicoid.v1.Segmentations/SegmentStream",
+    "conicoid.v1.Segmentations/SegmentFile",
     "conicoid.v1.Jobs/SubmitJob",
+    "conicoid.v1.Jobs/ListJobs",
     "conicoid.v1.Jobs/GetJob",
     "conicoid.v1.Jobs/WatchJob",
     "conicoid.v1.Jobs/GetJobResult",
+    "conicoid.v1.Jobs/StreamJobResult",
+    "conicoid.v1.Jobs/GetJobFile",
     "conicoid.v1.Jobs/CancelJob",
     "grpc.health.v1.Health/Check",
     "grpc.health.v1.Health/List",

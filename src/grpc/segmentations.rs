@@ -3,11 +3,12 @@ use std::sync::Arc;
 use tonic::{Request, Response, Status, Streaming};
 
 use super::{
+    answer::{self, Messages},
     call::{caller, upload},
     timeout::grpc_timeout,
 };
 use crate::service::{
-    self, ErrorKind, Service, ServiceError, Upload,
+    self, ErrorKind, Needs, Representation, Service, ServiceError, Upload,
     message::{request_from_message, v1},
 };
 
@@ -23,13 +24,33 @@ impl Segmentations {
         Self { service }
     }
 
+    /// Takes in an upload: the cloud, what to do with it, and the start of the upload, without its request.
+    async fn uploaded(
+        &self,
+        call: Request<Streaming<v1::Upload>>,
+    ) -> Result<(Upload, service::Request, v1::UploadStart), Status> {
+        let caller = caller(&self.service, &call)?;
+        let timeout = grpc_timeout(call.metadata());
+        self.service.check_room(&caller)?;
+        let mut upload = upload(&self.service, &call, &caller)?;
+        let mut start = receive(call.into_inner(), &mut upload).await?;
+        let message = start.request.take().unwrap_or_default();
+        let mut request = request_from_message(&message)?;
+        request.max_answer_bytes = Some(message.max_answer_bytes.unwrap_or(answer::CLIENTS_TAKE));
+        request.shorten_deadline(timeout);
+        Ok((upload, request, start))
+    }
+
     async fn answer(
         &self,
         upload: Upload,
         request: service::Request,
     ) -> Result<Response<v1::Segmentation>, Status> {
-        let tell = |answer: service::Answer, labels| Ok(answer.document.shown(labels).into());
-        Ok(Response::new(self.service.segment(upload, request, false, tell).await?))
+        let most = request.max_answer_bytes.unwrap_or(answer::CLIENTS_TAKE);
+        let tell = move |answer: service::Answer, labels| {
+            answer::whole(answer.document.shown(labels), most)
+        };
+        Ok(Response::new(self.service.segment(upload, request, Needs::Nothing, tell).await?))
     }
 }
 
@@ -45,6 +66,7 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         let mut message = call.into_inner();
         let cloud = std::mem::take(&mut message.cloud);
         let mut request = request_from_message(&message)?;
+        request.max_answer_bytes = Some(message.max_answer_bytes.unwrap_or(answer::CLIENTS_TAKE));
         request.shorten_deadline(timeout);
         // nobody else has these bytes, so they stay where they are
         upload.put(cloud.into())?;
@@ -55,14 +77,42 @@ impl v1::segmentations_server::Segmentations for Segmentations {
         &self,
         call: Request<Streaming<v1::Upload>>,
     ) -> Result<Response<v1::Segmentation>, Status> {
-        let caller = caller(&self.service, &call)?;
-        let timeout = grpc_timeout(call.metadata());
-        self.service.check_room(&caller)?;
-        let mut upload = upload(&self.service, &call, &caller)?;
-        let start = receive(call.into_inner(), &mut upload).await?;
-        let mut request = request_from_message(&start.request.unwrap_or_default())?;
-        request.shorten_deadline(timeout);
+        let (upload, request, _) = self.uploaded(call).await?;
         self.answer(upload, request).await
+    }
+
+    type SegmentStreamStream = Messages<v1::Segmentation>;
+
+    async fn segment_stream(
+        &self,
+        call: Request<Streaming<v1::Upload>>,
+    ) -> Result<Response<Self::SegmentStreamStream>, Status> {
+        let (upload, mut request, _) = self.uploaded(call).await?;
+        request.max_answer_bytes = None;
+        let held = upload.held().clone();
+        let tell = |answer: service::Answer, labels| Ok(answer.document.shown(labels));
+        let document = self.service.segment(upload, request, Needs::Nothing, tell).await?;
+        Ok(answer::pieces(document, held))
+    }
+
+    type SegmentFileStream = Messages<v1::FileChunk>;
+
+    async fn segment_file(
+        &self,
+        call: Request<Streaming<v1::Upload>>,
+    ) -> Result<Response<Self::SegmentFileStream>, Status> {
+        let caller = caller(&self.service, &call)?;
+        let (upload, mut request, start) = self.uploaded(call).await?;
+        let form = answer::form(start.representation, &Representation::ALL)?;
+        request.max_answer_bytes = None;
+        let held = upload.held().clone();
+        let room = self.service.room_for(form, &caller)?;
+        let tell = move |answer, labels| {
+            let _room = room;
+            service::render(form, answer, labels)
+        };
+        let bytes = self.service.segment(upload, request, Needs::of(form), tell).await?;
+        Ok(answer::file(held.carrying(bytes)))
     }
 }
 

@@ -1,6 +1,6 @@
 use std::{collections::HashMap, time::Duration};
 
-use tonic::Status;
+use tonic::{Code, Status};
 use tonic_types::{ErrorDetails, StatusExt};
 
 use crate::service::ServiceError;
@@ -10,15 +10,21 @@ const DOMAIN: &str = "conicoid";
 
 impl From<ServiceError> for Status {
     fn from(error: ServiceError) -> Self {
-        error.count();
-        let row = error.kind.row();
-        let mut details = ErrorDetails::new();
-        details.set_error_info(row.code, DOMAIN, HashMap::new());
-        if let Some(seconds) = error.retry_after() {
-            details.set_retry_info(Some(Duration::from_secs(seconds.into())));
-        }
-        Self::with_error_details(row.grpc, error.detail, details)
+        let code = error.kind.row().grpc;
+        with_code(error, code)
     }
+}
+
+/// The status of an error under a code that is not its row's.
+pub fn with_code(error: ServiceError, code: Code) -> Status {
+    error.count();
+    let row = error.kind.row();
+    let mut details = ErrorDetails::new();
+    details.set_error_info(row.code, DOMAIN, HashMap::new());
+    if let Some(seconds) = error.retry_after() {
+        details.set_retry_info(Some(Duration::from_secs(seconds.into())));
+    }
+    Status::with_error_details(code, error.detail, details)
 }
 
 #[cfg(test)]

@@ -2,22 +2,18 @@ use axum::{
     extract::{Request as HttpRequest, State},
     response::Response,
 };
-use prost::Message;
 
 use super::{
     accept,
-    answer::{answered, carried},
+    answer::answered,
     app::App,
     body,
-    query::{Pairs, pairs},
+    media_type::FormMessage,
+    query::{Pairs, joined, pairs},
 };
 use crate::service::{
-    FitDocument, FitRequest, Representation, ServiceError, fit_specs, message::v1,
-    unknown_fit_parameter,
+    FitDocument, FitRequest, ServiceError, fit_specs, render_fit, unknown_fit_parameter,
 };
-
-/// The forms of a fit.
-const FORMS: &[Representation] = &[Representation::Json, Representation::Protobuf];
 
 /// Fit one feature to all points of a cloud
 ///
@@ -36,18 +32,33 @@ pub async fn create(
     query: Pairs,
     message: HttpRequest,
 ) -> Result<Response, ServiceError> {
-    let given = pairs(query, |name| {
+    let given = joined(pairs(query)?, |name| {
         fit_specs().find(|spec| spec.name == name).ok_or_else(|| unknown_fit_parameter(name))
     })?;
     let given = given.iter().map(|(name, value)| (name.as_str(), value.as_str()));
     let mut request = FitRequest::from_pairs(given)?;
-    let form = accept::negotiate(message.headers(), FORMS)?;
+    let form = accept::negotiate(message.headers(), &FitDocument::OFFERED)?;
     let upload = body::read(&app.service, message, &mut request).await?;
     let held = upload.held().clone();
     let document = app.service.fit(upload, request).await?;
-    let bytes = match form {
-        Representation::Protobuf => v1::FitResult::from(document).encode_to_vec(),
-        _ => document.to_json()?,
-    };
-    Ok(answered(form, carried(bytes, &held)))
+    Ok(answered(form, held.carrying(render_fit(form, document)?)))
+}
+
+/// Fit one feature to all points of a cloud of a form
+///
+/// `POST /v1/fits` for clients that know one kind of body for each path: a multipart body with the part `cloud` and a
+/// part for each parameter, or all of them as a JSON object in the part `parameters`.
+#[utoipa::path(
+    post,
+    path = "/v1/fits/form",
+    operation_id = "createFitFromForm",
+    tag = "fits",
+    responses((status = 200, description = "The feature", body = FitDocument)),
+)]
+pub async fn create_from_form(
+    app: State<App>,
+    query: Pairs,
+    FormMessage(message): FormMessage,
+) -> Result<Response, ServiceError> {
+    create(app, query, message).await
 }

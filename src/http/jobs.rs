@@ -2,102 +2,126 @@ use std::{convert::Infallible, time::Duration};
 
 use axum::{
     Extension, Json,
-    extract::{Path, Query, State},
-    http::{HeaderMap, StatusCode, header},
+    extract::{Path, Request as HttpRequest, State},
+    http::{HeaderMap, HeaderValue, StatusCode, header},
     response::{
         IntoResponse, Response, Sse,
         sse::{Event, KeepAlive},
     },
 };
 use futures::{Stream, StreamExt};
-use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::{
     accept,
-    answer::{answered, carried, room_for},
+    answer::answered,
     app::App,
-    query::{Pairs, from_query},
+    body,
+    job::{JobDocument, JobList},
+    media_type::FormMessage,
+    prefer::{self, Preferences},
+    query::{self, Pairs},
 };
 use crate::{
-    jobs::{JobState, JobView},
-    service::{Caller, ErrorKind, Representation, ServiceError},
+    jobs::JobView,
+    service::{Caller, ErrorKind, JobPage, Listing, Needs, Representation, ServiceError, render},
 };
 
 /// A silent event stream says this often that it lives.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
 
-/// A job.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct JobDocument {
-    /// Its name.
-    #[schema(example = "01890a5d-ac96-774b-bcce-b302099a8057")]
-    pub id: String,
-    /// Where it stands.
-    pub state: JobState,
-    /// How far it is; only while it runs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub progress: Option<JobProgress>,
-    /// When it was accepted, in milliseconds since 1970-01-01 UTC.
-    pub created_ms: u64,
-    /// When it began to run; absent before.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub started_ms: Option<u64>,
-    /// When it ended; absent before.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub finished_ms: Option<u64>,
-    /// Why it failed; absent otherwise.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub problem: Option<JobProblem>,
-}
-
-/// How far a job is.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct JobProgress {
-    /// The stage of the method.
-    #[schema(example = "grow")]
-    pub stage: String,
-    /// How much of the whole work is done, 0 to 1.
-    pub fraction: f64,
-}
-
-/// Why a job failed.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
-pub struct JobProblem {
-    /// The stable code.
-    #[schema(example = "too_few_points")]
-    pub code: String,
-    /// What happened and what to do.
-    pub detail: String,
-}
-
-impl From<JobView> for JobDocument {
-    fn from(JobView { record, progress }: JobView) -> Self {
-        let progress = progress
-            .map(|p| JobProgress { stage: p.stage.name().to_owned(), fraction: p.fraction });
-        Self {
-            id: record.id.to_string(),
-            state: record.state,
-            progress,
-            created_ms: record.created_ms,
-            started_ms: record.started_ms,
-            finished_ms: record.finished_ms,
-            problem: record.fault.map(|f| JobProblem { code: f.code, detail: f.detail }),
-        }
-    }
-}
-
 /// The answer to an accepted job.
 pub fn accepted(view: JobView) -> Response {
     let location = format!("/v1/jobs/{}", view.record.id);
-    let headers =
-        [(header::LOCATION.as_str(), location.as_str()), ("preference-applied", "respond-async")];
+    let headers = [(header::LOCATION, location)];
     (StatusCode::ACCEPTED, headers, Json(JobDocument::from(view))).into_response()
+}
+
+/// Says that a job is what the caller preferred.
+pub fn preferred(mut response: Response) -> Response {
+    let applied = HeaderValue::from_static("respond-async");
+    response.headers_mut().insert("preference-applied", applied);
+    response
+}
+
+/// Segment a cloud as a job
+///
+/// The cloud comes as to `POST /v1/segmentations`, whose parameters apply. The job outlives the request. A retried
+/// submission with the same `Idempotency-Key` and the same content is the same job. With `wait`, or `Prefer: wait=10`,
+/// the answer comes when the job has ended, or after so many seconds.
+#[utoipa::path(
+    post, path = "/v1/jobs", operation_id = "createJob", tag = "jobs",
+    responses((status = 202, description = "The job", body = JobDocument)),
+)]
+pub async fn create(
+    State(app): State<App>,
+    Extension(caller): Extension<Caller>,
+    query: Pairs,
+    message: HttpRequest,
+) -> Result<Response, ServiceError> {
+    let (pairs, wait) = prefer::take_wait(query)?;
+    let mut request = query::from_pairs(pairs)?;
+    let (preferences, key) =
+        (Preferences::of(message.headers()), idempotency_key(message.headers())?);
+    let upload = body::read(&app.service, message, &mut request).await?;
+    let (job, _) = app.service.submit(caller, key, upload, request).await?;
+    if let Some(time) = wait.or(preferences.wait) {
+        app.service.wait_for(&job, time).await;
+    }
+    let response = accepted(job.view());
+    Ok(if preferences.respond_async { preferred(response) } else { response })
+}
+
+/// Segment a cloud in a form as a job
+///
+/// `POST /v1/jobs` for clients that know one kind of body for each path: a multipart body with the part `cloud`
+/// and a part for each parameter, or all of them as a JSON object in the part `parameters`.
+#[utoipa::path(
+    post, path = "/v1/jobs/form", operation_id = "createJobFromForm", tag = "jobs",
+    responses((status = 202, description = "The job", body = JobDocument)),
+)]
+pub async fn create_from_form(
+    app: State<App>,
+    caller: Extension<Caller>,
+    query: Pairs,
+    FormMessage(message): FormMessage,
+) -> Result<Response, ServiceError> {
+    create(app, caller, query, message).await
+}
+
+/// The idempotency key of a submission.
+///
+/// # Errors
+/// It is no text.
+pub fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, ServiceError> {
+    let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
+    let text = value.to_str().map_err(|_| {
+        ServiceError::new(ErrorKind::InvalidParameter, "Idempotency-Key is not visible ASCII")
+    })?;
+    Ok(Some(text.to_owned()))
+}
+
+/// The caller's jobs
+///
+/// The newest first, in pages. They are those that the API key, or else the client certificate, has submitted; where
+/// the service asks nobody who they are, those of all callers.
+#[utoipa::path(
+    get, path = "/v1/jobs", operation_id = "listJobs", tag = "jobs",
+    responses((status = 200, description = "A page of the list", body = JobList)),
+)]
+pub async fn list(
+    State(app): State<App>,
+    Extension(caller): Extension<Caller>,
+    query: Pairs,
+) -> Result<Json<JobList>, ServiceError> {
+    let listing = Listing::from_pairs(query::pairs(query)?)?;
+    let JobPage { jobs, next_page_token } = app.service.jobs(&caller, &listing);
+    Ok(Json(JobList { jobs: jobs.into_iter().map(Into::into).collect(), next_page_token }))
 }
 
 /// The state of a job
 ///
-/// A job is visible only to the API key, or else the client certificate, that submitted it.
+/// A job is visible only to the API key, or else the client certificate, that submitted it. With `wait`, or
+/// `Prefer: wait=10`, the answer comes when the job has ended, or after so many seconds.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}", operation_id = "getJob", tag = "jobs",
     params(("id" = String, Path, description = "The job's id")),
@@ -107,8 +131,15 @@ pub async fn get(
     State(app): State<App>,
     Extension(caller): Extension<Caller>,
     Path(id): Path<String>,
+    query: Pairs,
+    headers: HeaderMap,
 ) -> Result<Json<JobDocument>, ServiceError> {
-    Ok(Json(app.service.job(&caller, &id)?.view().into()))
+    let wait = prefer::wait_alone(query, &headers)?;
+    let job = app.service.job(&caller, &id)?;
+    if let Some(time) = wait {
+        app.service.wait_for(&job, time).await;
+    }
+    Ok(Json(job.view().into()))
 }
 
 /// Cancel or forget a job
@@ -124,13 +155,16 @@ pub async fn delete(
     State(app): State<App>,
     Extension(caller): Extension<Caller>,
     Path(id): Path<String>,
+    query: Pairs,
 ) -> Result<Json<JobDocument>, ServiceError> {
+    prefer::nothing(query, "the end of a job")?;
     Ok(Json(app.service.cancel(&caller, &id).await?.view().into()))
 }
 
 /// The result of a job
 ///
-/// In the form that `Accept` asks for. 409 until the job has succeeded.
+/// In the form that `Accept` asks for. 409 until the job has succeeded; with `wait`, or `Prefer: wait=10`, the answer
+/// comes when the job has ended, or after so many seconds.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/result", operation_id = "getJobResult", tag = "jobs",
     params(("id" = String, Path, description = "The job's id")),
@@ -146,37 +180,54 @@ pub async fn result(
     query: Pairs,
     headers: HeaderMap,
 ) -> Result<Response, ServiceError> {
-    let asked = asked_labels(query)?;
-    let form = accept::negotiate(&headers, Representation::ALL)?;
+    let (pairs, wait) = prefer::take_wait(query)?;
+    let asked = asked_labels(pairs)?;
+    let form = accept::negotiate(&headers, &Representation::ALL)?;
+    if let Some(time) = wait.or(Preferences::of(&headers).wait) {
+        app.service.wait_for(&*app.service.job(&caller, &id)?, time).await;
+    }
+    told(&app, &caller, &id, form, asked).await
+}
+
+/// The result of a job in one of its forms; `asked` says of JSON and protobuf whether they have the labels, where it is
+/// not to be as the submitter wanted.
+///
+/// # Errors
+/// The job has no result, there is no room, or the store fails.
+pub async fn told(
+    app: &App,
+    caller: &Caller,
+    id: &str,
+    form: Representation,
+    asked: Option<bool>,
+) -> Result<Response, ServiceError> {
     let held = app.service.share();
     held.charge(caller.as_deref())?;
     if form == Representation::Json {
-        let (kept, request) = app.service.kept_result(&caller, &id, &held).await?;
+        let (kept, request) = app.service.kept_result(caller, id, &held).await?;
         if asked.unwrap_or(request.labels) {
             return Ok(answered(form, held.carried_by(kept)));
         }
     }
-    let with_cloud = form.has_points();
-    let room = room_for(form, &app, &caller)?;
+    let needs = Needs::of(form);
+    let room = app.service.room_for(form, caller)?;
     let write = move |answer, labels| {
         let _room = room;
-        form.render(answer, asked.unwrap_or(labels))
+        render(form, answer, asked.unwrap_or(labels))
     };
-    let bytes = app.service.job_result(&caller, &id, &held, with_cloud, write).await?;
-    Ok(answered(form, carried(bytes, &held)))
+    let bytes = app.service.job_result(caller, id, &held, needs, write).await?;
+    Ok(answered(form, held.carrying(bytes)))
 }
 
 /// What the query says of the labels; nothing else may stand in it.
-fn asked_labels(query: Pairs) -> Result<Option<bool>, ServiceError> {
-    if let Ok(Query(pairs)) = &query
-        && let Some((name, _)) = pairs.iter().find(|(name, _)| name != "labels")
-    {
+fn asked_labels(query: Vec<(String, String)>) -> Result<Option<bool>, ServiceError> {
+    if let Some((name, _)) = query.iter().find(|(name, _)| name != "labels") {
         return Err(ServiceError::new(
             ErrorKind::UnknownParameter,
-            format!("unknown parameter '{name}' of a result; known ones: labels"),
+            format!("unknown parameter '{name}' of a result; known ones: labels, wait"),
         ));
     }
-    let request = from_query(query)?;
+    let request = query::from_pairs(query)?;
     Ok((!request.given.is_empty()).then_some(request.labels))
 }
 
@@ -196,7 +247,9 @@ pub async fn events(
     State(app): State<App>,
     Extension(caller): Extension<Caller>,
     Path(id): Path<String>,
+    query: Pairs,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ServiceError> {
+    prefer::nothing(query, "the events of a job")?;
     let job = app.service.job(&caller, &id)?;
     let watch = job.watch().take_until(app.service.book().closed());
     let events = watch.map(|view| {

@@ -13,6 +13,7 @@ use axum::{
 };
 use futures::{Stream, StreamExt};
 
+use super::encoding::broken_off;
 use crate::{
     jobs::BytesHeld,
     service::{Allowance, ErrorKind, ServiceError, WINDOW},
@@ -107,11 +108,15 @@ impl Stream for Metered {
             context.waker().wake_by_ref();
             return Poll::Pending;
         }
-        let chunk = self.chunks.poll_next_unpin(context);
-        let Poll::Ready(Some(Ok(chunk))) = chunk else { return chunk };
+        let chunk = match self.chunks.poll_next_unpin(context) {
+            Poll::Ready(Some(chunk)) => chunk.map_err(broken_off),
+            Poll::Ready(None) => return Poll::Ready(None),
+            Poll::Pending => return Poll::Pending,
+        };
         let Self { meter, gauge, given, .. } = &mut *self;
         *given = true;
-        Poll::Ready(Some(gauge.count(chunk.len(), meter).map(|()| chunk).map_err(|error| {
+        let counted = chunk.and_then(|chunk| gauge.count(chunk.len(), meter).map(|()| chunk));
+        Poll::Ready(Some(counted.map_err(|error| {
             let told = axum::Error::new(error.clone());
             *gauge.refused.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
             told

@@ -6,16 +6,21 @@ mod answer;
 mod app;
 mod auth;
 mod body;
+mod compress;
 mod context;
 mod encoding;
 mod fits;
 mod form;
 mod host;
+mod job;
 mod jobs;
 mod linger;
+mod media_type;
 mod meter;
+mod multipart;
 mod openapi;
 mod pages;
+mod prefer;
 mod problem;
 mod query;
 mod segmentations;
@@ -32,9 +37,7 @@ use axum::{
     response::IntoResponse,
     routing::get,
 };
-use tower_http::{
-    catch_panic::CatchPanicLayer, cors::CorsLayer, decompression::RequestDecompressionLayer,
-};
+use tower_http::{catch_panic::CatchPanicLayer, cors::CorsLayer};
 use utoipa::openapi::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
@@ -61,12 +64,12 @@ pub fn router(service: Arc<Service>, config: HttpConfig) -> Router {
     let cors = cors(&config.cors_origins);
     let app = App { service, openapi };
     cases
-        .layer(RequestDecompressionLayer::new())
-        .layer(middleware::map_request(encoding::in_lower_case))
+        .layer(middleware::map_request(encoding::unpacked))
         .layer(DefaultBodyLimit::disable()) // uploads are limited as they are read
         .route_layer(middleware::from_fn_with_state(app.clone(), auth::identify))
         .merge(contract)
         .route("/viewer/{file}", get(pages::file))
+        .layer(compress::layer())
         .layer(CatchPanicLayer::new())
         .layer(middleware::from_fn(host::check))
         .layer(middleware::from_fn(linger::read_to_the_end))
@@ -86,7 +89,11 @@ pub fn openapi() -> OpenApi {
 fn use_cases() -> OpenApiRouter<App> {
     OpenApiRouter::with_openapi(openapi::base())
         .routes(routes!(segmentations::create))
+        .routes(routes!(segmentations::create_from_form))
         .routes(routes!(fits::create))
+        .routes(routes!(fits::create_from_form))
+        .routes(routes!(jobs::create, jobs::list))
+        .routes(routes!(jobs::create_from_form))
         .routes(routes!(jobs::get, jobs::delete))
         .routes(routes!(jobs::result))
         .routes(routes!(jobs::events))

@@ -96,6 +96,10 @@ fn foreign(status: StatusCode, path: &str) -> Option<ServiceError> {
             ErrorKind::UnsupportedEncoding,
             "the Content-Encoding is not known: send gzip, zstd or none".to_owned(),
         ),
+        StatusCode::NOT_ACCEPTABLE => (
+            ErrorKind::NotAcceptable,
+            "Accept-Encoding allows none of gzip, zstd and identity: leave it out, or allow one of them".to_owned(),
+        ),
         StatusCode::INTERNAL_SERVER_ERROR => {
             (ErrorKind::Internal, "the request failed by a fault of the service".to_owned())
         }

@@ -1,18 +1,19 @@
 use axum::{
     Extension,
     extract::{Request as HttpRequest, State},
-    http::HeaderMap,
     response::Response,
 };
 
 use super::{
     accept,
-    answer::{answered, carried, room_for},
+    answer::answered,
     app::App,
     body, jobs,
+    media_type::FormMessage,
+    prefer::Preferences,
     query::{Pairs, from_query},
 };
-use crate::service::{Caller, Document, ErrorKind, Representation, ServiceError};
+use crate::service::{Caller, Document, Needs, Representation, ServiceError, render};
 
 /// Find the quadric surfaces in a cloud
 ///
@@ -22,9 +23,8 @@ use crate::service::{Caller, Document, ErrorKind, Representation, ServiceError};
 /// (`Content-Encoding: gzip` or `zstd`). A caller that goes away cancels the work.
 /// Coordinates may be up to 1e50 in size, and must extend over at least 1e-50.
 ///
-/// With `Prefer: respond-async` the cloud becomes a job that outlives the request. A retried
-/// submission with the same `Idempotency-Key` and the same content is the same job; without
-/// `respond-async` the key has no effect, for the same request has the same answer.
+/// With `Prefer: respond-async` the answer is that of `POST /v1/jobs`, 202 with the job; with `wait` beside it
+/// (`Prefer: respond-async, wait=10`) the surfaces, where they are found within so many seconds.
 #[utoipa::path(
     post,
     path = "/v1/segmentations",
@@ -32,7 +32,6 @@ use crate::service::{Caller, Document, ErrorKind, Representation, ServiceError};
     tag = "segmentations",
     responses(
         (status = 200, description = "The surfaces found, in the form that `Accept` asks for", body = Document),
-        (status = 202, description = "The job", body = jobs::JobDocument),
     ),
 )]
 pub async fn create(
@@ -41,37 +40,52 @@ pub async fn create(
     query: Pairs,
     message: HttpRequest,
 ) -> Result<Response, ServiceError> {
-    let mut request = from_query(query)?;
-    let (later, key) = (respond_async(message.headers()), idempotency_key(message.headers())?);
-    let form = accept::negotiate(message.headers(), Representation::ALL);
-    // a job's result is negotiated when it is fetched
-    let form = if later { form.unwrap_or(Representation::Json) } else { form? };
-    let upload = body::read(&app.service, message, &mut request).await?;
-    if later {
-        let (job, _) = app.service.submit(caller, key, upload, request).await?;
-        return Ok(jobs::accepted(job.view()));
+    let preferences = Preferences::of(message.headers());
+    let form = accept::negotiate(message.headers(), &Representation::ALL);
+    let (mut request, key) = (from_query(query)?, jobs::idempotency_key(message.headers())?);
+    if preferences.respond_async {
+        let upload = body::read(&app.service, message, &mut request).await?;
+        let (job, _) = app.service.submit(caller.clone(), key, upload, request).await?;
+        let Some(time) = preferences.wait else {
+            return Ok(jobs::preferred(jobs::accepted(job.view())));
+        };
+        app.service.wait_for(&job, time).await;
+        let id = job.peek(|record| record.id);
+        if !job.peek(|record| record.state.is_final()) {
+            return Ok(jobs::preferred(jobs::accepted(job.view())));
+        }
+        return jobs::told(&app, &caller, &id.to_string(), form?, None).await;
     }
+    let form = form?;
+    let upload = body::read(&app.service, message, &mut request).await?;
     let held = upload.held().clone();
-    let room = room_for(form, &app, &caller)?;
+    let room = app.service.room_for(form, &caller)?;
     let write = move |answer, labels| {
         let _room = room;
-        form.render(answer, labels)
+        render(form, answer, labels)
     };
-    let bytes = app.service.segment(upload, request, form.has_points(), write).await?;
-    Ok(answered(form, carried(bytes, &held)))
+    let bytes = app.service.segment(upload, request, Needs::of(form), write).await?;
+    Ok(answered(form, held.carrying(bytes)))
 }
 
-/// Whether the caller prefers a job (RFC 7240).
-fn respond_async(headers: &HeaderMap) -> bool {
-    let values = headers.get_all("prefer").iter().filter_map(|value| value.to_str().ok());
-    let mut preferences = values.flat_map(|value| value.split([',', ';'])).map(str::trim);
-    preferences.any(|preference| preference.eq_ignore_ascii_case("respond-async"))
-}
-
-fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, ServiceError> {
-    let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
-    let text = value.to_str().map_err(|_| {
-        ServiceError::new(ErrorKind::InvalidParameter, "Idempotency-Key is not visible ASCII")
-    })?;
-    Ok(Some(text.to_owned()))
+/// Find the quadric surfaces in a cloud of a form
+///
+/// `POST /v1/segmentations` for clients that know one kind of body for each path: a multipart body with the
+/// part `cloud` and a part for each parameter, or all of them as a JSON object in the part `parameters`.
+#[utoipa::path(
+    post,
+    path = "/v1/segmentations/form",
+    operation_id = "createSegmentationFromForm",
+    tag = "segmentations",
+    responses(
+        (status = 200, description = "The surfaces found, in the form that `Accept` asks for", body = Document),
+    ),
+)]
+pub async fn create_from_form(
+    app: State<App>,
+    caller: Extension<Caller>,
+    query: Pairs,
+    FormMessage(message): FormMessage,
+) -> Result<Response, ServiceError> {
+    create(app, caller, query, message).await
 }

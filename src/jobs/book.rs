@@ -10,17 +10,25 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 use uuid::Uuid;
 
 use super::{
-    BytesHeld, Control, Ending, Fault, Job, JobRecord, KeyShare, Outcome, Overloaded, Pool,
-    PoolError, Store, StoreError, Submission,
+    BytesHeld, Control, Ending, Fault, Job, JobRecord, JobState, KeyShare, Nats, Outcome,
+    Overloaded, Parts, Pool, PoolError, Store, StoreError, Submission,
     pool::message,
     record::now_ms,
     register::{Keep, Register},
 };
 
 mod drive;
+mod parts;
 mod resume;
+mod share;
+mod shared;
 #[cfg(test)]
 mod tests;
+mod work;
+
+pub use work::Work;
+
+use shared::Shared;
 
 /// Shared by the runs of jobs, unless one is to be alone.
 type Company = Arc<tokio::sync::RwLock<()>>;
@@ -31,7 +39,25 @@ const LONGEST_PROBE: Duration = Duration::from_secs(5);
 /// What jobs do: from input to result.
 pub trait Runner: Send + Sync + Debug {
     /// Does the job of `record` on the calling thread's pool until done or until `control` stops it.
-    fn run(&self, record: &JobRecord, input: &[u8], control: &Control) -> Outcome;
+    ///
+    /// Where there are `parts`, other processes can work on some.
+    fn run(
+        &self,
+        record: &JobRecord,
+        input: Bytes,
+        control: &Control,
+        parts: Option<&dyn Parts>,
+    ) -> Outcome;
+    /// Works on a part of a job by a guide until done or until it `is_over`. Why it cannot be done is an error's text.
+    ///
+    /// # Errors
+    /// It cannot be done.
+    fn run_part(
+        &self,
+        guide: &[u8],
+        part: &[u8],
+        is_over: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Bytes, String>;
     /// Longest time the job may run.
     fn time_for(&self, record: &JobRecord) -> Duration;
     /// How a run that gave no answer is told.
@@ -49,6 +75,17 @@ pub struct BookConfig {
     pub result_bytes: u64,
     /// The part of that which one key's jobs may take.
     pub key_share: KeyShare,
+    /// A job that so many processes ended on is not run again.
+    pub max_crashes: u32,
+}
+
+/// Where a book keeps its jobs.
+#[derive(Clone, Debug)]
+pub enum Keeping {
+    /// In a store of this process.
+    Own(Arc<dyn Store>),
+    /// On servers that other processes use as well.
+    Shared(Arc<Nats>),
 }
 
 /// Why a job is not taken.
@@ -71,6 +108,8 @@ pub struct Book {
     config: BookConfig,
     pool: Arc<Pool>,
     store: Arc<dyn Store>,
+    // where other processes have the same jobs
+    shared: Option<Shared>,
     runner: Arc<dyn Runner>,
     jobs: Mutex<Register>,
     tasks: TaskTracker,
@@ -104,6 +143,9 @@ impl Book {
             // a job that nobody can find any more is no answer to a retry
             self.expire().await;
         }
+        if self.shared.is_some() {
+            return self.submit_shared(record, input, held).await;
+        }
         let (job, place) = {
             let mut jobs = self.jobs();
             match jobs.same(&record)? {
@@ -131,6 +173,32 @@ impl Book {
         let job = self.jobs().get(id).filter(|job| job.is_admitted())?;
         let record = job.record();
         (record.owner.as_deref() == owner && !self.expired(&record)).then_some(job)
+    }
+
+    /// Up to `most` jobs of `owner` that are `wanted`, older than `before`, the newest first.
+    pub fn list(
+        &self,
+        owner: Option<&str>,
+        mut before: Option<Uuid>,
+        most: usize,
+        wanted: impl Fn(JobState) -> bool,
+    ) -> Vec<Arc<Job>> {
+        /// Jobs looked at while others wait: some tens of microseconds.
+        const BLOCK: usize = 1000;
+        let mut found = Vec::new();
+        loop {
+            let block = self.jobs().of_owner(owner, before, BLOCK);
+            let Some(last) = block.last() else { return found };
+            before = Some(last.peek(|record| record.id));
+            let listed = |job: &Arc<Job>| {
+                job.is_admitted()
+                    && job.peek(|record| wanted(record.state) && !self.expired(record))
+            };
+            found.extend(block.into_iter().filter(listed).take(most - found.len()));
+            if found.len() == most {
+                return found;
+            }
+        }
     }
 
     /// Cancels a job under way; forgets one that has ended.
@@ -187,6 +255,9 @@ impl Book {
             let mut jobs = self.jobs();
             jobs.add(job);
             jobs.ended(&record);
+            if self.shared.is_some() {
+                jobs.note(&record);
+            }
         }
         removed
     }

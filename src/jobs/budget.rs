@@ -115,6 +115,14 @@ impl BytesHeld {
         Ok(())
     }
 
+    /// The bytes of an answer, which hold the share until they are sent: callers that read slowly take their part of the
+    /// budget.
+    pub fn carrying(&self, answer: Vec<u8>) -> Bytes {
+        // the work is done, so an answer that the budget has no room for goes out all the same
+        let _ = self.grow_to(answer.len() as u64);
+        self.carried_by(answer)
+    }
+
     /// `bytes` that hold the share until the last of them is dropped: sent, as a rule.
     pub fn carried_by(&self, bytes: impl AsRef<[u8]> + Send + 'static) -> Bytes {
         Bytes::from_owner(Carrier { bytes, _held: self.clone() })

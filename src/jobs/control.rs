@@ -90,6 +90,11 @@ impl Control {
         self.progress.subscribe()
     }
 
+    /// Shows how far the run is where another process does it.
+    pub fn show(&self, progress: Progress) {
+        self.progress.send_replace(Some(progress));
+    }
+
     /// Ends the timing of the current stage and returns the times of all.
     pub fn finish(&self) -> StageTimes {
         self.clock.lock().unwrap_or_else(PoisonError::into_inner).finish()

@@ -108,6 +108,17 @@ impl Job {
         &self.control
     }
 
+    /// What `look` sees in the job's record as it is now.
+    pub fn peek<T>(&self, look: impl FnOnce(&JobRecord) -> T) -> T {
+        look(&self.state.borrow())
+    }
+
+    /// Waits until the job has ended.
+    pub async fn ended(&self) {
+        // the sender lives as long as the job
+        let _ = self.state.subscribe().wait_for(|record| record.state.is_final()).await;
+    }
+
     /// The job now, with its progress.
     pub fn view(&self) -> JobView {
         JobView::new(self.record(), *self.control.watch().borrow())
@@ -147,6 +158,24 @@ impl Job {
         let _ = self.conclude(Ending::Failed(fault), |_, _| Ok(()), ended);
     }
 
+    /// Takes up what another process has made of the job; nothing where it is forgotten. A job that has
+    /// ended stays as it is. Where it runs here it stops.
+    pub fn follow(&self, other: Option<&JobRecord>) {
+        let ended = self.state.send_if_modified(|record| {
+            if record.state.is_final() || other == Some(&*record) {
+                return false;
+            }
+            *record = match other {
+                Some(other) => other.clone(),
+                None => Ending::Cancelled.of(record.clone()).0,
+            };
+            true
+        });
+        if ended && self.peek(|record| record.state.is_final()) {
+            self.control.cancel();
+        }
+    }
+
     fn conclude(
         &self,
         ending: Ending,
@@ -158,8 +187,18 @@ impl Job {
         if record.state.is_final() {
             return Ok(false);
         }
+        let before = record.clone();
         let (record, result) = ending.of(record);
-        write(&record, result)?;
+        match write(&record, result) {
+            Ok(()) => {}
+            Err(StoreError::Ended(other)) => {
+                let record = other.map_or_else(|| Ending::Cancelled.of(before).0, |other| *other);
+                ended(&record);
+                self.state.send_replace(record);
+                return Ok(false);
+            }
+            Err(error) => return Err(error),
+        }
         ended(&record);
         self.state.send_replace(record);
         Ok(true)

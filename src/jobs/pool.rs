@@ -35,7 +35,11 @@ pub enum Lane {
 }
 
 impl Lane {
-    fn name(self) -> &'static str {
+    /// Both lanes.
+    pub const ALL: [Self; 2] = [Self::Small, Self::Large];
+
+    /// Its name in metrics and queues.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Small => "small",
             Self::Large => "large",
@@ -62,6 +66,12 @@ pub enum Overloaded {
     #[error("this key's uploads and answers at hand have used up its {limit} bytes")]
     KeyBytes {
         /// The budget of one key.
+        limit: u64,
+    },
+    /// The servers that keep the jobs are as full as they may be.
+    #[error("the jobs and results that are kept have used up {limit} bytes")]
+    Storage {
+        /// What may be kept.
         limit: u64,
     },
     /// Too many bytes of uploads are held.
@@ -141,6 +151,19 @@ impl Pool {
             small: LaneThreads::new("small", config.threads, 1)?,
             large: LaneThreads::new("large", 1, config.threads)?,
         })
+    }
+
+    /// Runs that a lane does at one time.
+    pub fn turns(&self, lane: Lane) -> usize {
+        match lane {
+            Lane::Small => self.config.threads,
+            Lane::Large => 1,
+        }
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &PoolConfig {
+        &self.config
     }
 
     /// The lane for a cloud of that many points.

@@ -1,11 +1,12 @@
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, BTreeSet, HashMap},
+    ops::Bound,
     sync::Arc,
 };
 
 use uuid::Uuid;
 
-use super::{Job, JobRecord, SubmitError};
+use super::{Job, JobRecord, JobState, SubmitError};
 
 /// The jobs of a book, found by id and by their owner's idempotency key, and the ended ones in the
 /// order in which they are forgotten. Every call takes the time of a look-up, or of one a key, however
@@ -14,8 +15,15 @@ use super::{Job, JobRecord, SubmitError};
 pub struct Register {
     by_id: HashMap<Uuid, Arc<Job>>,
     by_key: HashMap<(Option<String>, String), Uuid>,
+    // names rise with the time of acceptance
+    by_owner: HashMap<Option<String>, BTreeSet<Uuid>>,
     ended: HashMap<Option<String>, Ended>,
     kept_bytes: u64,
+    // whose jobs wait for their turn, and what each job takes, where processes share them
+    waiting: HashMap<Uuid, Option<String>>,
+    running: BTreeSet<Uuid>,
+    sizes: HashMap<Uuid, u64>,
+    all_bytes: u64,
 }
 
 /// The ended jobs of one owner.
@@ -56,6 +64,7 @@ impl Register {
         if let Some(key) = key_of(&record) {
             self.by_key.entry(key).or_insert(record.id);
         }
+        self.by_owner.entry(record.owner).or_default().insert(record.id);
         self.by_id.insert(record.id, job);
     }
 
@@ -64,8 +73,59 @@ impl Register {
         self.by_id.get(&id).map(Arc::clone)
     }
 
+    /// The `most` newest jobs of an owner that are older than `before`, the newest first.
+    pub fn of_owner(
+        &self,
+        owner: Option<&str>,
+        before: Option<Uuid>,
+        most: usize,
+    ) -> Vec<Arc<Job>> {
+        let Some(own) = self.by_owner.get(&owner.map(str::to_owned)) else { return Vec::new() };
+        let end = before.map_or(Bound::Unbounded, Bound::Excluded);
+        let newest = own.range((Bound::Unbounded, end)).rev().take(most);
+        newest.filter_map(|id| self.get(*id)).collect()
+    }
+
+    /// Notes what a job is now, for [`Self::waiting`] and [`Self::all_bytes`].
+    pub fn note(&mut self, record: &JobRecord) {
+        let bytes = record.kept_bytes();
+        let before = self.sizes.insert(record.id, bytes).unwrap_or(0);
+        self.all_bytes = self.all_bytes + bytes - before;
+        if record.state == JobState::Queued {
+            self.waiting.insert(record.id, record.owner.clone());
+        } else {
+            self.waiting.remove(&record.id);
+        }
+        if record.state == JobState::Running {
+            self.running.insert(record.id);
+        } else {
+            self.running.remove(&record.id);
+        }
+    }
+
+    /// How many jobs noted run.
+    pub fn running(&self) -> usize {
+        self.running.len()
+    }
+
+    /// How many jobs noted wait for their turn: all, and those of `owner`.
+    pub fn waiting(&self, owner: Option<&str>) -> (usize, usize) {
+        let own = self.waiting.values().filter(|of| of.as_deref() == owner).count();
+        (self.waiting.len(), own)
+    }
+
+    /// The jobs noted that wait or run and were accepted at `ms` or before.
+    pub fn under_way_since(&self, ms: u64) -> Vec<Arc<Job>> {
+        let under_way = self.waiting.keys().chain(&self.running).filter_map(|id| self.get(*id));
+        under_way.filter(|job| job.peek(|record| record.created_ms <= ms)).collect()
+    }
+
+    /// Bytes of all jobs noted.
+    pub fn all_bytes(&self) -> u64 {
+        self.all_bytes
+    }
+
     /// The names of all jobs.
-    #[cfg(test)]
     pub fn ids(&self) -> impl Iterator<Item = Uuid> {
         self.by_id.keys().copied()
     }
@@ -105,7 +165,16 @@ impl Register {
         if let Some(key) = key_of(&record).filter(|key| self.by_key.get(key) == Some(&id)) {
             self.by_key.remove(&key);
         }
+        if let Some(own) = self.by_owner.get_mut(&record.owner) {
+            own.remove(&id);
+            if own.is_empty() {
+                self.by_owner.remove(&record.owner);
+            }
+        }
         self.forget_end(&record);
+        self.waiting.remove(&id);
+        self.running.remove(&id);
+        self.all_bytes -= self.sizes.remove(&id).unwrap_or(0);
         Some(job)
     }
 
@@ -141,7 +210,7 @@ impl Register {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jobs::{IdempotencyKey, JobState, Submission};
+    use crate::jobs::{IdempotencyKey, Submission};
 
     fn job(owner: &str, key: &str, fingerprint: &str) -> Arc<Job> {
         let idempotency =

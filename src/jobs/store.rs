@@ -9,6 +9,9 @@ use uuid::Uuid;
 
 use super::JobRecord;
 
+#[cfg(test)]
+pub mod tests;
+
 /// Why a store cannot do what it is asked.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StoreError {
@@ -21,6 +24,12 @@ pub enum StoreError {
     /// The database or its file fails.
     #[error("the job database fails: {0}")]
     Failed(String),
+    /// The servers that keep the jobs cannot be reached; they are waited for as long as it takes.
+    #[error("the servers that keep the jobs cannot be reached: {0}")]
+    Away(String),
+    /// Another process has ended the job, as this record says, or forgotten it.
+    #[error("another process has ended the job")]
+    Ended(Option<Box<JobRecord>>),
     /// What is kept is not what was written.
     #[error("the {part} of job {id} is damaged")]
     Damaged {
@@ -45,7 +54,12 @@ pub enum StoreError {
 impl StoreError {
     /// Whether the same call may succeed later.
     pub fn may_pass(&self) -> bool {
-        matches!(self, Self::Full(_) | Self::Failed(_))
+        matches!(self, Self::Full(_) | Self::Failed(_) | Self::Away(_))
+    }
+
+    /// Whether the call is to be tried again as long as it takes.
+    pub fn is_waited_for(&self) -> bool {
+        matches!(self, Self::Full(_) | Self::Away(_))
     }
 }
 
@@ -74,7 +88,7 @@ pub trait Store: Send + Sync + Debug {
     /// Keeps a job's end and its result, both or neither.
     ///
     /// # Errors
-    /// The store fails.
+    /// The store fails, or another process was faster: [`StoreError::Ended`].
     fn finish(&self, record: &JobRecord, result: Option<Bytes>) -> Result<(), StoreError>;
     /// Forgets a job.
     ///

@@ -1,7 +1,8 @@
-//! What is derived from the regions of a segmentation: their relations, a boundary representation of the part, and its
-//! STEP file.
+//! What is derived from the regions of a segmentation: their relations, datum systems, a boundary representation of the
+//! part, and its STEP file.
 
 pub mod brep;
+pub mod datum;
 pub mod relations;
 pub mod step;
 
@@ -13,5 +14,6 @@ use crate::fit::constant::Adjustable;
 /// Every number that is decided with here.
 pub fn constants() -> impl Iterator<Item = &'static dyn Adjustable> {
     let tables = relations::TABLES.iter().chain(brep::TABLES).chain(step::TABLES);
+    let tables = tables.chain(std::iter::once(&datum::CONSTANTS));
     tables.copied().flatten().copied()
 }

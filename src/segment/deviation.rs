@@ -49,17 +49,38 @@ impl Measure {
     }
 }
 
+/// What the points of each region are measured from.
+pub struct Measures(Vec<Measure>);
+
+impl Measures {
+    /// Those of a result's regions.
+    pub fn of(regions: &[Region]) -> Self {
+        Self(regions.iter().map(Measure::of).collect())
+    }
+
+    /// Signed distance of a point from the surface of the region `label`, as [`deviations`] has it; NaN where that has none.
+    pub fn deviation(&self, label: i32, p: &Vec3) -> f64 {
+        let measure = usize::try_from(label).ok().and_then(|label| self.0.get(label));
+        measure.map_or(f64::NAN, |measure| measure.distance(p))
+    }
+}
+
+impl std::fmt::Debug for Measures {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Measures").field(&self.0.len()).finish()
+    }
+}
+
 /// Signed distance of each input point from the surface of its region, in input order; NaN where it has none.
 ///
 /// It is positive outside: away from an axis, a centre or a tube's middle line, on the side of a plane's `normal`, and
 /// where the local equation of another quadric is positive. `labels` are in input order. Elliptic surfaces to second
 /// order, as everywhere.
 pub fn deviations(cloud: &PointCloud, labels: &[i32], regions: &[Region]) -> Vec<f64> {
-    let measures: Vec<Measure> = regions.iter().map(Measure::of).collect();
+    let measures = Measures::of(regions);
     let one = |(k, p): (usize, &Vec3)| {
         let at = cloud.input_index.as_ref().map_or(k, |index| index[k] as usize);
-        let label = labels.get(at).and_then(|l| usize::try_from(*l).ok());
-        label.and_then(|l| measures.get(l)).map_or(f64::NAN, |m| m.distance(p))
+        measures.deviation(labels.get(at).copied().unwrap_or(-1), p)
     };
     let stored: Vec<f64> =
         cloud.points.par_iter().with_min_len(CHUNK).enumerate().map(one).collect();

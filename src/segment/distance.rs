@@ -41,7 +41,11 @@ fn of_distinct<T: Copy + Default>(values: &[T], found: &Found) -> Vec<T> {
     out
 }
 
-fn find<'a>(
+/// What is found in a cloud whose coordinates are known to come in steps of `known`.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn find<'a>(
     cloud: &PointCloud,
     known: &[f64; 3],
     parameters: &Parameters,
@@ -54,7 +58,7 @@ fn find<'a>(
     let first = Layer::of(&points, &noise, parameters, monitor)?;
     let rounding = rounding(&first.scene.points);
     let noise = first.noise;
-    let Layer { scene, shapes, labels, reaches, counters, .. } =
+    let Layer { scene, shapes, labels, reaches, sigmas, counters, .. } =
         layers::with_rougher(first, &points, parameters, monitor)?;
     let told = vec![None; shapes.len()];
     let mut found = Found {
@@ -65,6 +69,7 @@ fn find<'a>(
         labels,
         noise,
         reaches,
+        sigmas,
         rounding,
         scene,
         told,

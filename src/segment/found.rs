@@ -21,6 +21,8 @@ pub struct Found<'a> {
     pub noise: f64,
     /// Largest distance of a point from its surface, for each, unless one was given.
     pub reaches: Vec<f64>,
+    /// The scatter that points were given to each by.
+    pub sigmas: Vec<f64>,
     /// Noise below this is that of the coordinates' digits.
     pub rounding: f64,
     /// The points that surfaces were looked for on, taken evenly from `points`: see [`place`].

@@ -33,6 +33,8 @@ pub struct Layer<'a> {
     pub shapes: Vec<Shape>,
     /// Largest distance of a point from each.
     pub reaches: Vec<f64>,
+    /// The scatter that points were given to each by.
+    pub sigmas: Vec<f64>,
     /// Each point's surface, -1 = none.
     pub labels: Vec<i32>,
     /// The scatter of independent points about the surfaces.
@@ -71,8 +73,9 @@ impl<'a> Layer<'a> {
             *l = -1;
         }
         let shapes = model.shapes;
-        let (reaches, rougher) = (vec![reach; shapes.len()], raised.then_some(families));
-        Ok(Self { scene, shapes, reaches, labels, noise, counters, rougher })
+        let (reaches, sigmas) = (vec![reach; shapes.len()], vec![sigma; shapes.len()]);
+        let rougher = raised.then_some(families);
+        Ok(Self { scene, shapes, reaches, sigmas, labels, noise, counters, rougher })
     }
 
     /// Takes in what was found among those of `points` that are at `places`, and joins what is one surface.
@@ -83,6 +86,7 @@ impl<'a> Layer<'a> {
         }
         self.shapes.extend(other.shapes);
         self.reaches.extend(other.reaches);
+        self.sigmas.extend(other.sigmas);
         self.scene.work.leave_with(&other.scene.work);
         self.counters.trials += other.counters.trials;
         self.counters.failed_trials += other.counters.failed_trials;
@@ -111,6 +115,7 @@ impl<'a> Layer<'a> {
             if own[a] < 0 && own[b] < 0 {
                 (own[a], own[b], to[b]) = (joined.shapes.len() as i32, 0, a as i32);
                 self.reaches[a] = self.reaches[a].max(self.reaches[b]);
+                self.sigmas[a] = self.sigmas[a].max(self.sigmas[b]);
                 joined.shapes.push(shape);
             }
         }
@@ -254,6 +259,7 @@ mod tests {
         let one = layer(fine, SIGMA);
         all.shapes.clone_from(&one.shapes);
         all.reaches.clone_from(&one.reaches);
+        all.sigmas.clone_from(&one.sigmas);
         all.labels = one.labels.iter().copied().chain([-1; 2000]).collect();
         let mut other = layer(rough, 3.0 * SIGMA);
         let reach = other.reaches[0];

@@ -12,6 +12,7 @@
 //! - `judge`: whether what was found is a surface at all;
 //! - `discover`: the passes that lead from points to a partition;
 //! - `hints`: what a person knows of places in the cloud;
+//! - `tiles`: a cloud in parts that are worked on apart;
 //! - `finish` and `report`: the last fits, and regions in the contract's terms with their uncertainty.
 
 mod constants;
@@ -45,17 +46,18 @@ mod rcond;
 mod report;
 mod result;
 mod sample;
+pub mod tiles;
 mod union;
 
 pub use constants::constants;
-pub use deviation::{deviations, surface_normals};
+pub use deviation::{Measures, deviations, surface_normals};
 pub use dimensions::{Dimensions, Side};
 pub use extent::Extent;
 pub use monitor::{Cancelled, Monitor, Silent, Stage};
 pub use outcome::{HintOutcome, Outcome};
 pub use parameters::{
     HINT_EXAMPLE, Hint, HintAction, MAX_HINT_BYTES, MAX_HINTS, Method, PARAMETERS, ParameterError,
-    ParameterKind, ParameterSpec, Parameters,
+    ParameterKind, ParameterSpec, Parameters, truth,
 };
 pub use pipeline::{LARGEST_COORDINATE, SMALLEST_EXTENT, SegmentError, segment};
 pub use prepare::steps::resolution;

@@ -14,7 +14,7 @@ constants! {
     /// What an edge of the graph between two regions costs. Labels choose the surface that the noise is nearer to: two
     /// surfaces less than the noise apart share a sheet's points between them along a border that winds all over it,
     /// and each fits better than one does.
-    pub BORDER: f64 = 0.05, Trial(0.05, 0.05);
+    pub BORDER: f64 = 0.15, Trial(0.1, 0.2);
     /// Standard deviations that chance does not explain.
     pub SURE: f64 = 3.0, Derived("chance exceeds three standard deviations once in 370");
     /// Standard deviations that chance seldom exceeds.

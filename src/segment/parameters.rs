@@ -12,6 +12,7 @@ use crate::geometry::SurfaceType;
 use given::Given;
 
 pub use error::ParameterError;
+pub use given::truth;
 pub use hint::{EXAMPLE as HINT_EXAMPLE, Hint, HintAction};
 pub use kind::ParameterKind;
 pub use limits::{MAX_HINT_BYTES, MAX_HINTS};

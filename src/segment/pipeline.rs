@@ -64,10 +64,7 @@ pub fn segment(
     monitor: &dyn Monitor,
 ) -> Result<Segmentation, SegmentError> {
     monitor.check()?;
-    let n = cloud.points.len();
-    if n < parameters.min_points {
-        return Err(SegmentError::TooFewPoints { points: n, needed: parameters.min_points });
-    }
+    check_count(cloud, parameters)?;
     let Some(keep) = crop::kept(cloud, &parameters.hints) else {
         return segment_all(cloud, parameters, monitor);
     };
@@ -78,7 +75,7 @@ pub fn segment(
     }
     let mut found = segment_all(&part, parameters, monitor)?;
     found.labels = part.labels_in_input_order(found.labels);
-    let outside = n - points;
+    let outside = cloud.points.len() - points;
     found.unassigned.count += outside;
     if outside > 0 {
         found.unassigned.reasons.insert("outside", outside);
@@ -86,6 +83,20 @@ pub fn segment(
     found.hints.extend(crop::outcomes(cloud, &parameters.hints));
     found.hints.sort_by_key(|told| told.hint);
     Ok(found)
+}
+
+/// Whether a cloud can be worked with at all.
+///
+/// # Errors
+/// It has too few points for any region, or its coordinates cannot be worked with.
+pub fn check(cloud: &PointCloud, parameters: &Parameters) -> Result<(), SegmentError> {
+    check_count(cloud, parameters)?;
+    check_extent(&cloud.points)
+}
+
+fn check_count(cloud: &PointCloud, parameters: &Parameters) -> Result<(), SegmentError> {
+    let (points, needed) = (cloud.points.len(), parameters.min_points);
+    if points < needed { Err(SegmentError::TooFewPoints { points, needed }) } else { Ok(()) }
 }
 
 /// Finds the surfaces in all of `cloud`.

@@ -2,11 +2,11 @@ use std::{sync::Arc, time::Instant};
 
 use super::{Answer, Input, Request, ServiceError, Timing};
 use crate::{
-    answer::{mesh_told, sha256, sha256_unless},
+    answer::{self, mesh_told, sha256, sha256_unless, thin_told},
     formats::{self, Fields, Format, Hints, Limits, Watched},
     geometry::PointCloud,
     jobs::{Control, trace},
-    segment::{Segmentation, resolution, segment},
+    segment::{SegmentError, Segmentation, resolution, segment},
 };
 
 /// Reads the cloud in `bytes` and segments it: the one way from input to result.
@@ -32,28 +32,43 @@ pub fn compute(
     let stopped = || control.stop().is_some();
     let watched = Watched { limits: *limits, stopped: &stopped };
     // a run that was stopped says so, wherever it was
-    let told = |error: ServiceError| control.stop().map_or(error, ServiceError::from);
+    let stopped_or = |error: ServiceError| control.stop().map_or(error, ServiceError::from);
     let run = || {
         let cloud = trace::step("parse")
             .in_scope(|| formats::read(bytes, Hints { format, ..request.hints() }, &watched))
-            .map_err(|e| told(named_otherwise(e.into(), request.format, bytes)))?;
+            .map_err(|e| stopped_or(named_otherwise(e.into(), request.format, bytes)))?;
         let cloud = with_columns(cloud, bytes, format);
+        check_labels(cloud.input_len, request)?;
         let parse = begin.elapsed().as_secs_f64();
         let span = trace::step("segment");
         let found = span.in_scope(|| segment(&cloud, &request.parameters, control));
-        found.map(|found| (cloud, found, parse, span)).map_err(|e| told(e.into()))
+        let of_thinned = |error: SegmentError| answer::error_of_thinned(error, &cloud);
+        let found = found.map_err(|error| stopped_or(of_thinned(error)));
+        found.map(|found| (cloud, found, parse, span))
     };
     // the digest takes as long as a good part of the run, and one thread
     let (done, sha256) = rayon::join(run, || sha256_unless(bytes, stopped));
     let (cloud, found, parse, span) = done?;
     let timing = Timing { parse, stages: control.finish(), total: begin.elapsed().as_secs_f64() };
-    describe(&span, &cloud, &found, &timing);
+    Ok(told(&span, cloud, found, request, (sha256, format), timing))
+}
+
+/// The answer of what was found, told to whoever watches the service too.
+pub(super) fn told(
+    span: &tracing::Span,
+    cloud: PointCloud,
+    found: Segmentation,
+    request: &Request,
+    (sha256, format): (String, Option<Format>),
+    timing: Timing,
+) -> Answer {
+    describe(span, &cloud, &found, &timing);
     trace::note(|facts| {
         (facts.points, facts.regions) = (Some(cloud.input_len), Some(found.regions.len()));
     });
     metrics::counter!("conicoid_points_total").increment(cloud.input_len as u64);
     let format = format.map(Format::name).unwrap_or_default();
-    Ok(Answer::new(Arc::new(cloud), found, request, (sha256, format), timing))
+    Answer::new(Arc::new(cloud), found, request, (sha256, format), timing)
 }
 
 /// The cloud with what its file says of each point beside where it is: its labels and normals.
@@ -61,9 +76,10 @@ fn with_columns(mut cloud: PointCloud, bytes: &[u8], format: Option<Format>) -> 
     // samples of a mesh are none of the file's vertices
     let is_sampled = cloud.samples().is_some();
     if format == Some(Format::Ply) && !is_sampled && Fields::are_told(bytes) {
-        let fields = Fields::of(bytes);
-        cloud.labels = fields.labels().and_then(|all| cloud.of_stored(all));
-        cloud.normals = fields.normals().and_then(|all| cloud.of_stored(all));
+        let fields = Fields::of_some(bytes, cloud.input_index.as_deref());
+        let n = cloud.points.len();
+        cloud.labels = fields.labels().filter(|labels| labels.len() == n);
+        cloud.normals = fields.normals().filter(|normals| normals.len() == n);
     }
     cloud
 }
@@ -97,12 +113,24 @@ pub(super) fn read(
         unit: request.unit.or(cloud.unit),
         resolution: resolution(&cloud),
         mesh: cloud.mesh.as_deref().map(mesh_told),
+        thin: thin_told(&cloud),
     };
     Ok((cloud, input))
 }
 
+/// Refuses the work whose answer would be too long by its labels alone, of at least a byte each.
+pub(super) fn check_labels(points: usize, request: &Request) -> Result<(), ServiceError> {
+    let most = request.max_answer_bytes.unwrap_or(u64::MAX);
+    let labels = if request.labels { points as u64 } else { 0 };
+    if labels <= most { Ok(()) } else { Err(ServiceError::answer_too_large(labels, most)) }
+}
+
 /// An error of reading, which says so where the bytes look like another format than the one that was named.
-fn named_otherwise(error: ServiceError, named: Option<Format>, bytes: &[u8]) -> ServiceError {
+pub(super) fn named_otherwise(
+    error: ServiceError,
+    named: Option<Format>,
+    bytes: &[u8],
+) -> ServiceError {
     let (Some(named), Some(seen)) = (named, Format::detect(bytes)) else { return error };
     if named == seen {
         return error;

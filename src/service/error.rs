@@ -104,6 +104,13 @@ pub const ERRORS: &[ErrorRow] = {
         ),
         row(K::UploadTimeout, "upload_timeout", 408, DeadlineExceeded, "The upload was too slow"),
         row(K::DeadlineExceeded, "deadline_exceeded", 504, DeadlineExceeded, "Out of time"),
+        row(
+            K::AnswerTooLarge,
+            "answer_too_large",
+            413,
+            ResourceExhausted,
+            "The answer is longer than a gRPC message may be",
+        ),
         row(K::Cancelled, "cancelled", 409, Cancelled, "The work was cancelled"),
         row(K::ShuttingDown, "shutting_down", 503, Unavailable, "The service is shutting down"),
         row(
@@ -153,6 +160,18 @@ impl ServiceError {
         Self::new(ErrorKind::UploadTimeout, detail)
     }
 
+    /// An answer has `bytes` bytes, or more, and its caller takes `most`.
+    pub fn answer_too_large(bytes: u64, most: u64) -> Self {
+        Self::new(
+            ErrorKind::AnswerTooLarge,
+            format!(
+                "the answer has {bytes} bytes or more and the caller takes {most}: call SegmentStream, or \
+                 StreamJobResult for a job, which send it in pieces; leave out the labels with omit_labels; or raise \
+                 the client's own limit, and max_answer_bytes with it"
+            ),
+        )
+    }
+
     /// Counts a request that was refused for this.
     pub fn count(&self) {
         metrics::counter!("conicoid_rejections_total", "cause" => self.kind.row().code)
@@ -176,7 +195,9 @@ impl From<Overloaded> for ServiceError {
     fn from(error: Overloaded) -> Self {
         let kind = match error {
             Overloaded::KeyQueue { .. } | Overloaded::KeyBytes { .. } => ErrorKind::QuotaExceeded,
-            Overloaded::Queue { .. } | Overloaded::Bytes { .. } => ErrorKind::Overloaded,
+            Overloaded::Queue { .. } | Overloaded::Bytes { .. } | Overloaded::Storage { .. } => {
+                ErrorKind::Overloaded
+            }
         };
         Self::new(kind, format!("{error}; try again later"))
     }

@@ -7,20 +7,26 @@ use bytes::Bytes;
 use uuid::Uuid;
 
 use super::{
-    Answer, Caller, Document, ErrorKind, Representation, Request, Service, ServiceError, Upload,
-    announced::Announced, compute, sha256,
+    Answer, Caller, Document, ErrorKind, Needs, Representation, Request, Service, ServiceError,
+    Upload,
+    announced::Announced,
+    compute, sha256,
+    tiles::{Cut, Cutting, label_part},
 };
 use crate::{
     formats::{self, Fields, Format, Limits},
     jobs::{
-        BytesHeld, Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, PoolError,
-        Runner, StoreError, Submission,
+        BytesHeld, Control, Fault, IdempotencyKey, Job, JobRecord, JobState, Outcome, Parts,
+        PoolError, Runner, StoreError, Submission,
         trace::{self, Facts},
     },
 };
 
 /// Longest idempotency key.
 const MAX_KEY_BYTES: usize = 255;
+/// Longest time that a request waits for a job's end: below the hours after which systems between forget a silent
+/// connection, and enough that nobody asks more than a few times.
+pub const MAX_WAIT: Duration = Duration::from_secs(600);
 
 /// How a job is done: its result is the document as JSON, with its labels.
 #[derive(Debug)]
@@ -29,15 +35,23 @@ pub struct SegmentationRunner {
     pub limits: Limits,
     /// Longest time a job may run.
     pub max_deadline: Duration,
+    /// Clouds of more points are cut into parts of so many, where other processes can work on them; 0 cuts none.
+    pub tile_points: usize,
 }
 
 impl Runner for SegmentationRunner {
-    fn run(&self, record: &JobRecord, input: &[u8], control: &Control) -> Outcome {
+    fn run(
+        &self,
+        record: &JobRecord,
+        input: Bytes,
+        control: &Control,
+        parts: Option<&dyn Parts>,
+    ) -> Outcome {
         let begin = Instant::now();
         trace::note(|facts| facts.caller.clone_from(&record.owner));
         let done = request_of(record)
-            .and_then(|request| compute(input, &request, &self.limits, control))
-            .and_then(|answer| Representation::Json.render(answer, true));
+            .and_then(|request| self.answer(input, &request, control, parts))
+            .and_then(|answer| super::render(Representation::Json, answer, true));
         let Facts { caller, format, bytes, points, regions, .. } = trace::Scope::current().facts();
         let seconds = begin.elapsed().as_secs_f64();
         match &done {
@@ -48,6 +62,15 @@ impl Runner for SegmentationRunner {
             }
         }
         done.map(Bytes::from).map_err(|error| fault(&error))
+    }
+
+    fn run_part(
+        &self,
+        guide: &[u8],
+        part: &[u8],
+        is_over: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Bytes, String> {
+        label_part(guide, part, is_over)
     }
 
     fn time_for(&self, record: &JobRecord) -> Duration {
@@ -61,6 +84,27 @@ impl Runner for SegmentationRunner {
 
     fn store_fault(&self, error: &StoreError) -> Fault {
         fault(&error.clone().into())
+    }
+}
+
+impl SegmentationRunner {
+    /// The answer of a job, by other processes too where the cloud is too large for one.
+    fn answer(
+        &self,
+        input: Bytes,
+        request: &Request,
+        control: &Control,
+        parts: Option<&dyn Parts>,
+    ) -> Result<Answer, ServiceError> {
+        let cut = parts.map(|parts| Cut { parts, points: self.tile_points });
+        let input = match cut.filter(|cut| cut.is_for(&input, request)) {
+            None => input,
+            Some(cut) => match cut.answer(input, request, &self.limits, control)? {
+                Cutting::Done(answer) => return Ok(*answer),
+                Cutting::Whole(input) => input,
+            },
+        };
+        compute(&input, request, &self.limits, control)
     }
 }
 
@@ -91,7 +135,8 @@ impl Service {
         trace::note(|facts| (facts.format, facts.bytes) = (format, Some(upload.bytes().len())));
         let idempotency =
             key.map(|key| idempotency_key(key, &request, upload.bytes())).transpose()?;
-        let (upload, Announced { points, decoded }) = self.announced(upload, &request).await?;
+        let announced = self.announced(upload, &request, Needs::Nothing).await?;
+        let (upload, Announced { points, decoded }) = announced;
         let (bytes, held) = upload.into_parts();
         // taken now: a job that is accepted has the room it needs
         held.grow_to(bytes.len() as u64 + decoded)?;
@@ -112,6 +157,20 @@ impl Service {
             let detail = format!("no job '{id}': it never was, has expired, or is not yours");
             ServiceError::new(ErrorKind::JobNotFound, detail)
         })
+    }
+
+    /// Waits until the job has ended, but no longer than `time`, nor than the service runs where another process goes
+    /// on with the job.
+    pub async fn wait_for(&self, job: &Job, time: Duration) {
+        let closed = self.book().closed();
+        let ended = async {
+            tokio::select! {
+                () = job.ended() => {}
+                () = closed => {}
+            }
+        };
+        // whichever comes first, the job is told as it then is
+        let _ = tokio::time::timeout(time.min(MAX_WAIT), ended).await;
     }
 
     /// Cancels a job under way; forgets one that has ended. Returns the job as it then is.
@@ -151,28 +210,42 @@ impl Service {
         caller: &Caller,
         id: &str,
         held: &BytesHeld,
-        with_cloud: bool,
+        needs: Needs,
         tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
         let (result, request) = self.kept_result(caller, id, held).await?;
         let record = self.job(caller, id)?.record();
-        let input = if with_cloud {
+        let input = if needs != Needs::Nothing {
             let decoded = record.points.saturating_mul(formats::BYTES_PER_POINT);
             held.grow_to(record.result_bytes + record.input_bytes + decoded)?;
             Some(self.book().input(record.id).await?.ok_or_else(|| expired(id))?)
         } else {
             None
         };
+        self.write_kept((result, input), request, needs, tell).await
+    }
+
+    /// A kept result, written by `tell`, with the points of its input where they are needed.
+    pub(super) async fn write_kept<T: Send + 'static>(
+        &self,
+        (result, input): (Bytes, Option<Bytes>),
+        request: Request,
+        needs: Needs,
+        tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
+    ) -> Result<T, ServiceError> {
         let limits = self.limits();
         let write = move || {
             let document: Document = serde_json::from_slice(&result)?;
-            let read = |bytes: &[u8]| formats::read(bytes, request.hints(), &limits);
+            let hints = request.hints();
+            // all points do where each is told of
+            let hints = if needs == Needs::EachPoint { hints.whole() } else { hints };
             let (cloud, fields) = match &input {
-                Some(bytes) => (read(bytes)?, Fields::of(bytes)),
+                Some(bytes) => (formats::read(bytes, hints, &limits)?, Fields::of(bytes)),
                 None => Default::default(),
             };
             let cloud = Arc::new(cloud);
-            tell(Answer { document, cloud, fields, name: request.name }, request.labels)
+            let answer = Answer { document, cloud, whole: None, fields, name: request.name };
+            tell(answer, request.labels)
         };
         let written = tokio::task::spawn_blocking(write).await;
         written.map_err(|_| ServiceError::from(PoolError::Closed))?

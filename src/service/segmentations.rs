@@ -5,14 +5,19 @@ use std::{
 };
 
 use super::{
-    Answer, Caller, ErrorKind, FitDocument, FitRequest, Keys, Peer, Request, ServiceError, Upload,
-    announced::Announced, compute, compute_fit, jobs::SegmentationRunner, keys,
+    Answer, Caller, ErrorKind, FitDocument, FitRequest, Keys, Needs, Peer, Request, ServiceError,
+    Upload,
+    announced::{Announced, advice, decoded},
+    compute, compute_fit,
+    jobs::SegmentationRunner,
+    keys,
 };
 use crate::{
     formats::{self, Fields, Limits},
     jobs::{
-        Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, KeyShare, MemoryStore, Pool,
-        PoolConfig, PoolError, Stop, Store, StoreError, trace,
+        Book, BookConfig, ByteBudget, BytesHeld, Control, DiskStore, Keeping, KeyShare,
+        MemoryStore, Nats, NatsConfig, NatsError, Pool, PoolConfig, PoolError, Stop, Store,
+        StoreError, Work, trace,
     },
 };
 
@@ -39,6 +44,12 @@ pub struct ServiceConfig {
     pub data_dir: Option<PathBuf>,
     /// Bytes of the file in `data_dir` that are kept in memory.
     pub data_cache_bytes: usize,
+    /// The servers over which processes share the jobs; this one has its own when absent.
+    pub nats: Option<NatsConfig>,
+    /// Whether this process runs the jobs that are shared.
+    pub work: bool,
+    /// Clouds of more points are cut into parts of so many, which all that work share; 0 cuts none.
+    pub tile_points: usize,
 }
 
 /// Why the service cannot start.
@@ -62,8 +73,11 @@ pub enum StartError {
     )]
     DirectoryInUse(PathBuf),
     /// The jobs cannot be read.
-    #[error("cannot open the jobs kept on disk: {0}")]
+    #[error("cannot open the jobs that are kept: {0}")]
     Store(#[from] StoreError),
+    /// The servers over which jobs are shared cannot be used.
+    #[error(transparent)]
+    Nats(#[from] NatsError),
 }
 
 /// Longest upload whose points are counted on the thread that took it in: a fraction of a millisecond.
@@ -80,18 +94,24 @@ pub struct Service {
 }
 
 impl Service {
-    /// Starts the threads, opens the store and takes up the jobs that had not ended. Must be called
-    /// within a tokio runtime.
+    /// Starts the threads, opens the store and takes up the jobs that had not ended.
     ///
     /// # Errors
     /// The system gives no threads, or the store cannot be used.
-    pub fn new(config: ServiceConfig, keys: Option<Keys>) -> Result<Arc<Self>, StartError> {
+    pub async fn new(config: ServiceConfig, keys: Option<Keys>) -> Result<Arc<Self>, StartError> {
         let pool = Arc::new(Pool::new(config.pool, config.key_share)?);
         let budget = ByteBudget::new(config.max_bytes_in_flight, config.key_share);
-        let limits = Limits { max_points: config.max_points };
-        let runner = Arc::new(SegmentationRunner { limits, max_deadline: config.max_deadline });
-        let store = open_store(&config)?;
-        let book = Book::open(config.book, Arc::clone(&pool), store, runner)?;
+        let limits = limits(&config);
+        let runner = Arc::new(SegmentationRunner {
+            limits,
+            max_deadline: config.max_deadline,
+            tile_points: config.tile_points,
+        });
+        let keeping = match &config.nats {
+            Some(nats) => Keeping::Shared(Nats::connect(nats.clone()).await?),
+            None => Keeping::Own(open_store(&config)?),
+        };
+        let book = Book::open(config.book, Arc::clone(&pool), keeping, runner).await?;
         Ok(Arc::new(Self { config, pool, budget, book, keys }))
     }
 
@@ -127,7 +147,7 @@ impl Service {
 
     /// The limits of a cloud.
     pub fn limits(&self) -> Limits {
-        Limits { max_points: self.config.max_points }
+        limits(&self.config)
     }
 
     /// Who sends this `Authorization` header over a connection of `peer`; told in the request's line of
@@ -161,11 +181,14 @@ impl Service {
     /// # Errors
     /// There is no room.
     pub fn check_room(&self, caller: &Caller) -> Result<(), ServiceError> {
+        if self.is_run_elsewhere() {
+            return Ok(self.book.check_room(caller.as_deref())?);
+        }
         Ok(self.pool.admit(caller.as_deref()).map(drop)?)
     }
 
     /// Segments a cloud while the caller waits, and writes the answer by `tell` on the same threads.
-    /// Dropping the future cancels the work. `with_fields` says whether the answer needs the file's own columns.
+    /// Dropping the future cancels the work. `needs` says what the answer needs of the cloud.
     ///
     /// # Errors
     /// The cloud or the request is bad, there is no room, or time ran out.
@@ -173,16 +196,20 @@ impl Service {
         &self,
         upload: Upload,
         request: Request,
-        with_fields: bool,
+        needs: Needs,
         tell: impl FnOnce(Answer, bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
+        if self.is_run_elsewhere() {
+            return self.segment_elsewhere(upload, request, needs, tell).await;
+        }
         trace::note(|facts| facts.bytes = Some(upload.bytes().len()));
         let place = self.pool.admit(upload.held().owner().as_deref())?;
         let limits = self.limits();
         let deadline = Instant::now() + self.time_for(&request);
         let control = Control::new(Some(deadline));
         let guard = control.cancel_on_drop();
-        let (upload, Announced { points, decoded }) = self.announced(upload, &request).await?;
+        let announced = self.announced(upload, &request, needs).await?;
+        let (upload, Announced { points, decoded }) = announced;
         // given back when the run has ended, while the upload's share goes on with the answer
         let room = self.share();
         room.charge(upload.held().owner().as_deref())?;
@@ -190,8 +217,12 @@ impl Service {
         let lane = self.pool.lane(points);
         let work = move || {
             let mut answer = compute(upload.bytes(), &request, &limits, &control)?;
-            if with_fields {
+            if needs != Needs::Nothing {
                 answer.fields = Fields::of(upload.bytes());
+            }
+            if needs == Needs::EachPoint && answer.cloud.thinned.is_some() {
+                let whole = formats::read(upload.bytes(), request.hints().whole(), &limits)?;
+                answer.whole = Some(Arc::new(whole));
             }
             let cloud = Arc::clone(&answer.cloud);
             let told = tell(answer, request.labels);
@@ -221,7 +252,7 @@ impl Service {
         let deadline = Instant::now() + self.time_for(&request.request);
         let control = Control::new(Some(deadline));
         let guard = control.cancel_on_drop();
-        let announced = self.announced(upload, &request.request).await?;
+        let announced = self.announced(upload, &request.request, Needs::Nothing).await?;
         let (upload, Announced { points, decoded }) = announced;
         let room = self.share();
         room.charge(upload.held().owner().as_deref())?;
@@ -238,7 +269,7 @@ impl Service {
         done?
     }
 
-    /// An upload, unpacked where it was packed, and what it announces.
+    /// An upload, unpacked where it was packed, and what it announces; `needs` says what the answer needs of the cloud.
     ///
     /// # Errors
     /// It cannot be unpacked, or would never have room in the budget.
@@ -246,23 +277,23 @@ impl Service {
         &self,
         upload: Upload,
         request: &Request,
+        needs: Needs,
     ) -> Result<(Upload, Announced), ServiceError> {
-        let hints = request.hints();
+        let (hints, max_points) = (request.hints(), self.limits().max_points as u64);
         let aside = upload.bytes().len() > LOOKED_AT_IN_PLACE || upload.is_packed();
         let look = move || {
             let upload = upload.unpacked()?;
-            let points = formats::announced_points(upload.bytes(), hints);
-            Ok::<_, ServiceError>((points, formats::bytes_beside(upload.bytes(), hints), upload))
+            // a text may have lines that are no points: the reader counts those that are
+            let points = formats::announced_points(upload.bytes(), hints).min(max_points);
+            let decoded = decoded(upload.bytes(), hints, points, needs);
+            Ok::<_, ServiceError>((points, decoded, upload))
         };
-        let (announced, beside, upload) = if aside {
+        let (points, decoded, upload) = if aside {
             let looked = tokio::task::spawn_blocking(look).await;
             looked.map_err(|_| ServiceError::from(PoolError::Closed))??
         } else {
             look()?
         };
-        // a text may have lines that are no points: the reader counts those that are
-        let points = announced.min(self.limits().max_points as u64);
-        let decoded = points.saturating_mul(formats::BYTES_PER_POINT).saturating_add(beside);
         let all = decoded.saturating_add(upload.bytes().len() as u64);
         if all > self.budget.limit() {
             let limit = self.budget.limit();
@@ -270,16 +301,32 @@ impl Service {
                 ErrorKind::TooManyPoints,
                 format!(
                     "the cloud with up to {points} points takes {all} bytes and all clouds together \
-                     may take {limit}: thin it out, or raise max_bytes_in_flight"
+                     may take {limit}: {}, or raise max_bytes_in_flight",
+                    advice(request.thin)
                 ),
             ));
         }
         Ok((upload, Announced { points, decoded }))
     }
 
-    fn time_for(&self, request: &Request) -> Duration {
+    /// Whether workers segment what this process takes in.
+    fn is_run_elsewhere(&self) -> bool {
+        self.config.nats.is_some() && !self.config.work
+    }
+
+    /// Begins to run the jobs that processes share; nothing where this one has its own, or is not to work.
+    pub fn work(&self) -> Option<Work> {
+        self.config.work.then(|| self.book.work()).flatten()
+    }
+
+    pub(super) fn time_for(&self, request: &Request) -> Duration {
         request.deadline.unwrap_or(self.config.max_deadline).min(self.config.max_deadline)
     }
+}
+
+/// The limits of a cloud: thinning one takes no more than all clouds together may.
+fn limits(config: &ServiceConfig) -> Limits {
+    Limits::of(config.max_points).with_thin_bytes(config.max_bytes_in_flight)
 }
 
 fn open_store(config: &ServiceConfig) -> Result<Arc<dyn Store>, StartError> {

@@ -1,4 +1,4 @@
-use super::{ErrorKind, ServiceError};
+use super::{Caller, ErrorKind, Representation, Service, ServiceError};
 use crate::{formats::Packing, jobs::BytesHeld};
 
 /// Room made at once for a body that says how long it will be.
@@ -146,6 +146,23 @@ impl Upload {
     /// The bytes, and the budget they hold.
     pub fn into_parts(self) -> (Vec<u8>, BytesHeld) {
         (self.bytes, self.allowance.held)
+    }
+}
+
+impl Service {
+    /// Takes room in the budget for writing a result in that form, until it is dropped.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn room_for(
+        &self,
+        form: Representation,
+        caller: &Caller,
+    ) -> Result<BytesHeld, ServiceError> {
+        let room = self.share();
+        room.charge(caller.as_deref())?;
+        room.grow_to(form.bytes_beside())?;
+        Ok(room)
     }
 }
 

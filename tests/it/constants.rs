@@ -49,6 +49,7 @@ const STRUCTURAL: &[(&str, &str)] = &[
     ("OWN", "a mark"),
     ("STEPS", "points of a sum that stands for an integral"),
     ("MARGIN", "room around a patch's points"),
+    ("MAX_DATUMS", "a limit of requests"),
     ("MAX_HINTS", "a limit of requests"),
     ("MAX_PLACES", "a limit of requests"),
     ("MAX_HINT_BYTES", "a limit of requests"),

@@ -106,9 +106,25 @@ fn extreme_features_are_proven_by_their_contacts() {
     assert!(seen > 400, "{seen}");
 }
 
+/// Signed distance from an ellipsoid; from an elliptic cylinder where the last semi-axis is infinite. The nearest point is where
+/// x_i = q_i / (1 + t / a_i2) for the largest root t, by bisection.
+fn from_ellipse(axes: [f64; 3], q: &Vec3) -> f64 {
+    let at = |t: f64| Vec3::from_fn(|i, _| q[i] / (1.0 + t / (axes[i] * axes[i])));
+    let inside = |t: f64| (0..3).map(|i| (at(t)[i] / axes[i]).powi(2)).sum::<f64>() < 1.0;
+    let least = axes.iter().copied().fold(f64::INFINITY, f64::min);
+    let (mut low, mut high) = (-least * least, 1e3);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if inside(middle) { high = middle } else { low = middle }
+    }
+    (q - at(high)).norm() * high.signum()
+}
+
 /// Signed function of a point that the association bounds.
 fn function(association: Association, pose: &Pose, x: &Vec3) -> f64 {
-    use FeatureType::{Circle, Cone, Cylinder, Line, Plane, Sphere, Torus};
+    use FeatureType::{
+        Circle, Cone, Cylinder, Ellipsoid, EllipticCylinder, Line, Plane, Sphere, Torus,
+    };
     let q = pose.frame.tr_mul(&(x - pose.origin));
     let rho = q.x.hypot(q.y);
     let [a, b, _] = pose.size;
@@ -120,7 +136,8 @@ fn function(association: Association, pose: &Pose, x: &Vec3) -> f64 {
         Circle | Cylinder => rho - if is_radial { 0.0 } else { a },
         Cone => (rho - a) * b.cos() - q.z * b.sin(),
         Torus => (rho - a).hypot(q.z) - b,
-        _ => unreachable!(),
+        EllipticCylinder => from_ellipse([a, b, f64::INFINITY], &q),
+        Ellipsoid => from_ellipse(pose.size, &q),
     }
 }
 
@@ -181,7 +198,9 @@ fn check(
 #[test]
 fn no_other_pose_has_a_smaller_zone() {
     let mut random = Random::new(5);
-    for name in ["plane", "circle", "cylinder", "sphere", "cone", "line"] {
+    for name in
+        ["plane", "circle", "cylinder", "sphere", "cone", "line", "elliptic_cylinder", "ellipsoid"]
+    {
         let kind = FeatureType::from_name(name).unwrap();
         for index in [5, 7, 14] {
             let local = Local::of(&points(&Case::new(name, index))).unwrap();
@@ -350,6 +369,21 @@ async fn command_rest_and_grpc_give_the_same_bits() {
     assert_eq!(from_http["form"]["characteristic"], "cylindricity");
     assert!((from_http["surface"]["radius"].as_f64().unwrap() - 10.0).abs() < 0.02);
 
+    // as clients made from the contract send it, a part for each parameter
+    let form = |name: &str| {
+        let cloud = reqwest::multipart::Part::text(points.clone()).file_name("points.csv");
+        let form = reqwest::multipart::Form::new().part(name.to_owned(), cloud);
+        let parts = query.split('&').map(|pair| pair.split_once('=').unwrap());
+        let form =
+            parts.fold(form, |form, (name, text)| form.text(name.to_owned(), text.to_owned()));
+        reqwest::Client::new().post(running.url("/v1/fits/form")).multipart(form).send()
+    };
+    let from_form: Value = form("cloud").await.unwrap().json().await.unwrap();
+    assert_eq!(from_cli, from_form);
+    assert_eq!(problem(form("file").await.unwrap()).await, (400, "malformed_body".to_owned()));
+    let bare = reqwest::Client::new().post(running.url("/v1/fits/form")).body(points.clone());
+    assert_eq!(problem(bare.send().await.unwrap()).await, (400, "malformed_body".to_owned()));
+
     let accepted = request().header("accept", "application/x-protobuf").send().await.unwrap();
     let from_http: v1::FitResult = prost::Message::decode(accepted.bytes().await.unwrap()).unwrap();
     let message = v1::FitRequest {
@@ -393,6 +427,9 @@ async fn bad_fits_are_refused_with_what_to_do() {
         ("min_points=50", line, (400, "unknown_parameter")),
         ("type=plane&type=line", line, (400, "invalid_parameter")),
         ("type=plane&radius=5", line, (400, "invalid_parameter")),
+        ("type=line&nominal=20&lower=-0.02", line, (400, "invalid_parameter")),
+        ("type=cylinder&upper=0.02", line, (400, "invalid_parameter")),
+        ("nominal=20&upper=0.02", line, (400, "invalid_parameter")),
         ("type=line", "", (400, "empty_body")),
         ("type=line", "1 1 1\n1 1 1\n1 1 1\n", (422, "extent_out_of_range")),
     ] {
@@ -463,6 +500,60 @@ async fn tolerances_get_verdicts_with_the_uncertainty() {
 }
 
 #[tokio::test]
+async fn tolerances_that_no_size_is_within_are_refused_everywhere_with_both() {
+    let running = start(&[]).await;
+    let points = text(&cylinder(200, 4.0, 0.005, &mut Random::new(2)));
+    let both = |told: &str| told.contains("0.1") && told.contains("-0.1") && told.contains("above");
+    let url = running.url("/v1/fits?type=cylinder&nominal=20&lower=0.1&upper=-0.1");
+    let answer = reqwest::Client::new().post(url).body(points.clone()).send().await.unwrap();
+    assert_eq!(answer.status(), 400);
+    let told = answer.text().await.unwrap();
+    assert!(both(&told), "{told}");
+    let message = v1::FitRequest {
+        cloud: points.clone().into(),
+        parameters: Some(v1::FitParameters {
+            r#type: v1::FeatureType::Cylinder.into(),
+            nominal: Some(20.0),
+            lower: Some(0.1),
+            upper: Some(-0.1),
+            ..Default::default()
+        }),
+        ..Default::default()
+    };
+    let refused = running.grpc_fits().await.fit(message).await.unwrap_err();
+    assert_eq!(refused.code(), tonic::Code::InvalidArgument);
+    assert!(both(refused.message()), "{refused}");
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("points.csv");
+    fs::write(&path, &points).unwrap();
+    let flags = ["fit", "-", "--type=cylinder", "--nominal=20", "--lower=0.1", "--upper=-0.1"];
+    let output = conicoid(&flags, Some(&path));
+    assert!(!output.status.success() && both(&String::from_utf8_lossy(&output.stderr)));
+}
+
+#[tokio::test]
+async fn a_size_that_the_points_do_not_tell_is_undecided_and_says_why() {
+    let running = start(&[]).await;
+    let points = text(&cylinder(200, 4.0, 0.005, &mut Random::new(2)));
+    let post = |query: &str| {
+        let url = running.url(&format!("/v1/fits?{query}"));
+        reqwest::Client::new().post(url).body(points.clone()).send()
+    };
+    let answer = post("type=cone&nominal=0.1&lower=-0.02&upper=0.02").await.unwrap();
+    let answer: Value = answer.json().await.unwrap();
+    assert!(answer["not_identifiable"].as_array().unwrap().contains(&"half_angle".into()));
+    let told = &answer["characteristics"][0];
+    assert_eq!((&told["name"], &told["verdict"]), (&"full_angle".into(), &"undecided".into()));
+    assert!(told["measured"].is_null() && told["deviation"].is_null(), "{told}");
+    assert!(told["undecided"].as_str().unwrap().contains("not_identifiable"), "{told}");
+    // a radius that the points do not have is no lack of points
+    let refused = post("radius=20").await.unwrap();
+    assert_eq!(refused.status(), 422);
+    let told = refused.text().await.unwrap();
+    assert!(told.contains("leave radius out"), "{told}");
+}
+
+#[tokio::test]
 async fn a_minimum_zone_comes_with_its_certificate() {
     let running = start(&[]).await;
     let points = text(&cylinder(100, 4.0, 0.01, &mut Random::new(6)));
@@ -473,7 +564,10 @@ async fn a_minimum_zone_comes_with_its_certificate() {
     let zone: Value = post("minimum_zone").await.unwrap().json().await.unwrap();
     let bound = zone["certificate"]["bound"].as_f64().unwrap();
     assert_eq!(zone["form"]["minimum_zone"].as_f64(), Some(2.0 * bound));
-    assert!(zone["uncertainty"].is_null());
+    let told = zone["uncertainty"]["parameters"].as_array().unwrap();
+    let radius = told.iter().find(|p| p["name"] == "radius").unwrap();
+    assert!(radius["expanded"][0].as_f64().unwrap() > 0.0);
+    assert_eq!(zone["uncertainty"]["covariance"].as_array().unwrap().len(), 0);
     assert!((zone["residuals"]["range"].as_f64().unwrap() - 2.0 * bound).abs() < 1e-9);
     assert!(zone["form"]["gaussian"].as_f64().unwrap() > 2.0 * bound);
     let outer: Value = post("minimum_circumscribed").await.unwrap().json().await.unwrap();

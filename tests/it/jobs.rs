@@ -207,7 +207,11 @@ async fn jobs_go_the_same_way_over_grpc() {
     let last = seen.last().unwrap().as_ref().unwrap().clone();
     assert_eq!(last.state(), v1::JobState::Succeeded);
     assert_eq!(client.get_job(watch.clone()).await.unwrap().into_inner(), last);
-    let ask = |omit_labels| v1::GetJobResultRequest { id: job.id.clone(), omit_labels };
+    let ask = |omit_labels| v1::GetJobResultRequest {
+        id: job.id.clone(),
+        omit_labels,
+        ..Default::default()
+    };
     let result = client.get_job_result(ask(false)).await.unwrap().into_inner();
     assert_eq!(result.labels.len(), 400);
     let short = client.get_job_result(ask(true)).await.unwrap().into_inner();
@@ -224,7 +228,7 @@ async fn a_job_is_one_over_both_interfaces() {
     let place = location(&running.submit("", cloud()).await);
     let id = place.rsplit('/').next().unwrap().to_owned();
     let mut client = running.grpc_jobs().await;
-    let early = v1::GetJobResultRequest { id: id.clone(), omit_labels: false };
+    let early = v1::GetJobResultRequest { id: id.clone(), ..Default::default() };
     let early = client.get_job_result(early).await.unwrap_err();
     assert_eq!(reason(&early), (Code::FailedPrecondition, "job_not_finished".to_owned()));
     let job = client.cancel_job(v1::CancelJobRequest { id }).await.unwrap().into_inner();

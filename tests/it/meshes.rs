@@ -6,10 +6,14 @@ use conicoid::{
     formats::{FormatError, Hints, Limits, MeshWay, Meshes, read},
     jobs::Control,
     segment::{Parameters, Silent, segment},
-    service::{Answer, MeshPoints, Representation, Request, compute},
+    service::{Answer, MeshPoints, Representation, Request, compute, render},
 };
 
-use super::support::facets::{Facets, Piece};
+use super::support::{
+    clouds, conicoid,
+    facets::{Facets, Piece},
+    location, start,
+};
 
 /// A shaft: end face, seat, shoulder, body, rounded edge, shoulder, neck, dome.
 fn shaft(chord_error: f64) -> (Facets, &'static [&'static str]) {
@@ -93,6 +97,44 @@ fn every_format_gives_the_same_surfaces_and_a_label_for_each_of_its_faces() {
         assert_eq!(answer.document.regions.len(), types.len(), "{name}");
         let score = score(&mesh, &answer, types);
         assert!(score > 0.97, "{name}: {score}");
+    }
+}
+
+#[tokio::test]
+async fn every_face_has_a_line_over_every_interface() {
+    let mesh = plate(0.1).0.cut();
+    let running = start(&[]).await;
+    let stl = mesh.stl();
+    let labels = answer(&stl, &[]).document.face_labels.unwrap();
+    assert!(labels.iter().max() > Some(&5));
+    let lines: String = labels.iter().enumerate().map(|(k, l)| format!("{k},{l}\n")).collect();
+    let expected = format!("face,label\n{lines}");
+    let accept = "application/vnd.conicoid.faces+csv";
+    let asked = |request: reqwest::RequestBuilder| request.header("accept", accept).send();
+    let post = |query: &str, cloud: Vec<u8>| {
+        let url = running.url(&format!("/v1/segmentations?{query}"));
+        asked(reqwest::Client::new().post(url).body(cloud))
+    };
+    assert_eq!(post("", stl.clone()).await.unwrap().text().await.unwrap(), expected);
+    let place = location(&running.submit("labels=none", stl.clone()).await);
+    running.events(&place).await;
+    let url = running.url(&format!("{place}/result"));
+    let job = asked(reqwest::Client::new().get(url)).await.unwrap();
+    assert_eq!(job.text().await.unwrap(), expected);
+    let directory = tempfile::tempdir().unwrap();
+    let (input, output) = (directory.path().join("p.stl"), directory.path().join("p.faces.csv"));
+    std::fs::write(&input, &stl).unwrap();
+    let run = conicoid(&[input.to_str().unwrap(), "-o", output.to_str().unwrap()], None);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert_eq!(std::fs::read_to_string(&output).unwrap(), expected);
+    for (query, cloud, cure) in [
+        ("mesh=vertices&min_points=20", stl, "mesh=faces"),
+        ("", clouds::ply(&clouds::bracket(2000)), "points.csv"),
+    ] {
+        let refused = post(query, cloud).await.unwrap();
+        assert_eq!(refused.status(), 406);
+        let told: serde_json::Value = refused.json().await.unwrap();
+        assert!(told["detail"].as_str().unwrap().contains(cure), "{told}");
     }
 }
 
@@ -185,7 +227,7 @@ fn the_way_may_be_asked_for() {
     assert_eq!(vertices.document.face_labels, None);
     let faces = answer(&bytes, &[("mesh", "faces"), ("mesh_points", "30000"), ("labels", "none")]);
     assert_eq!(faces.document.input.mesh.as_ref().unwrap().points, MeshPoints::Samples);
-    let shown = Representation::Json.render(faces, false).unwrap();
+    let shown = render(Representation::Json, faces, false).unwrap();
     let shown: serde_json::Value = serde_json::from_slice(&shown).unwrap();
     assert!(shown.get("face_labels").is_none() && shown["input"]["mesh"]["points"] == "samples");
     let request = Request::from_pairs([("mesh", "faces")]).unwrap();

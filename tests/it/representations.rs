@@ -33,6 +33,9 @@ async fn every_form_comes_from_a_request_and_from_a_job_alike() {
         "model/step",
         "text/html",
         "image/png",
+        "application/vnd.conicoid.qif+xml",
+        "application/vnd.conicoid.dmis",
+        "application/vnd.conicoid.characteristics+csv",
     ] {
         let url = running.url("/v1/segmentations?seed=1");
         let request = reqwest::Client::new().post(url).header("accept", accept);

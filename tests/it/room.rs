@@ -1,6 +1,9 @@
 //! What a cloud will take is looked at before it is unpacked, and text is read by the columns asked for.
 
-use conicoid::service::message::v1;
+use conicoid::{
+    formats::{Hints, Limits, read},
+    service::message::v1,
+};
 use serde_json::Value;
 use tonic::Code;
 
@@ -56,6 +59,42 @@ async fn the_points_of_a_waiting_job_are_in_the_budget() {
         tokio::task::yield_now().await;
     }
     assert_eq!(running.submit("", cloud).await.status(), 202);
+}
+
+#[tokio::test]
+async fn a_thinned_cloud_takes_the_room_of_what_is_kept() {
+    const POINTS: usize = 20_000;
+    let cloud = clouds::ply(&clouds::bracket(POINTS));
+    let hints = Hints { thin: Some(3.0), ..Hints::default() };
+    let kept = read(&cloud, hints, &Limits::default()).unwrap().points.len();
+    let needed = cloud.len() + 8 * POINTS + 24 * kept;
+    let whole = cloud.len() + 24 * POINTS;
+    assert!(needed < whole * 3 / 4, "{kept} are kept");
+    let running = start(&[&format!("--max-bytes-in-flight={needed}")]).await;
+    let place = location(&running.submit("thin=3", cloud.clone()).await);
+    running.events(&place).await;
+    assert_eq!(running.job(&place).await["state"], "succeeded");
+    // the buffer that a body comes in may be longer than the body
+    let room = needed + cloud.len();
+    let running = start(&[&format!("--max-bytes-in-flight={room}")]).await;
+    assert_eq!(running.post("thin=3", cloud.clone()).await.status(), 200);
+    for (room, query, advice) in
+        [(needed - 1, "thin=3", "take a larger thin"), (needed, "labels=none", "give thin=LENGTH")]
+    {
+        let running = start(&[&format!("--max-bytes-in-flight={room}")]).await;
+        for answer in
+            [running.post(query, cloud.clone()).await, running.submit(query, cloud.clone()).await]
+        {
+            assert_eq!(answer.status(), 413, "{room} {query}");
+            let told: Value = answer.json().await.unwrap();
+            assert!(told["detail"].as_str().unwrap().contains(advice), "{told}");
+        }
+    }
+    // points that are told of one by one are read again
+    let running = start(&[&format!("--max-bytes-in-flight={}", needed + 24 * POINTS - 1)]).await;
+    let url = running.url("/v1/segmentations?thin=3");
+    let request = reqwest::Client::new().post(url).header("accept", "model/ply").body(cloud);
+    assert_eq!(problem(request.send().await.unwrap()).await.0, 413);
 }
 
 #[tokio::test]

@@ -35,6 +35,10 @@ fn a_wrong_setting_stops_the_start_and_is_named() {
         ("queue = \n", "is not TOML"),
         ("queue = 0\n", "--queue"),
         ("threads = 0\n", "not a whole number above 0"),
+        ("max_points = 0\n", "not a whole number above 0"),
+        ("max_body_bytes = 0\n", "not a whole number above 0"),
+        ("max_bytes_in_flight = 0\n", "not a whole number above 0"),
+        ("max_message_bytes = 0\n", "not a whole number above 0"),
         ("key_share = 0\n", "not a number above 0 and up to 1"),
         ("key_share = 1.001\n", "not a number above 0 and up to 1"),
         ("cors_origins = ['viewer.example']\n", "not an origin"),
@@ -131,10 +135,21 @@ fn the_help_is_the_reference_of_every_setting() {
     assert_eq!(flags, variables);
 }
 
+#[test]
+fn a_worker_reads_the_file_as_well() {
+    for (text, words) in [("queue = 0\n", "--queue"), ("threads = 1\n", "no NATS server is named")]
+    {
+        let (_directory, path) = file(text);
+        let run = conicoid(&["worker", "--config", &path, "--admin=127.0.0.1:0"], None);
+        let told = String::from_utf8_lossy(&run.stderr);
+        assert!(!run.status.success() && told.contains(words), "{told}");
+    }
+}
+
 #[tokio::test]
 async fn the_metrics_show_what_was_done() {
     let running = start(&[]).await;
-    assert_eq!(running.post("labels=none", "0 0 0\n".repeat(20)).await.status(), 422);
+    assert_eq!(running.post("labels=none", "1 2 3\n".repeat(20)).await.status(), 422);
     let metrics = reqwest::get(running.admin_url("/metrics")).await.unwrap().text().await.unwrap();
     for line in [
         "http_server_request_duration_seconds_bucket{http_request_method=\"POST\",http_route=\"/v1/segmentations\"",

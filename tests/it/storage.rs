@@ -20,19 +20,6 @@ async fn keeping(directory: &Path) -> Running {
     start(&["--data-dir", directory.to_str().unwrap()]).await
 }
 
-/// Ends a service and waits until it has closed its files.
-async fn stop(running: Running) {
-    let Running { service, stop, ended, .. } = running;
-    stop.cancel();
-    ended.await.unwrap();
-    // a job's task may hold the jobs a little longer than the service does
-    let left = std::sync::Arc::downgrade(service.book());
-    drop(service);
-    while left.strong_count() > 0 {
-        tokio::time::sleep(Duration::from_millis(1)).await;
-    }
-}
-
 async fn ready(running: &Running) -> (u16, String) {
     let answer = reqwest::get(running.admin_url("/readyz")).await.unwrap();
     (answer.status().as_u16(), answer.text().await.unwrap())
@@ -88,7 +75,7 @@ async fn a_damaged_result_is_an_error_and_the_others_are_as_they_were() {
         let text = reqwest::get(running.url(&format!("{place}/result"))).await.unwrap();
         places.push((place, text.text().await.unwrap()));
     }
-    stop(running).await;
+    running.end().await;
     // another number in the first result: JSON as good as before
     let path = directory.path().join("jobs.redb");
     let mut bytes = fs::read(&path).unwrap();
@@ -105,7 +92,7 @@ async fn a_damaged_result_is_an_error_and_the_others_are_as_they_were() {
     assert!(directory.path().join("jobs.redb.damaged").exists());
     let mut client = running.grpc_jobs().await;
     let id = places[0].0.rsplit('/').next().unwrap().to_owned();
-    let ask = v1::GetJobResultRequest { id, omit_labels: false };
+    let ask = v1::GetJobResultRequest { id, ..Default::default() };
     let damaged = client.get_job_result(ask).await.unwrap_err();
     assert_eq!(reason(&damaged), (Code::DataLoss, "storage_damaged".to_owned()));
 }

@@ -74,7 +74,8 @@ fn every_crate_has_a_licence_that_is_allowed_and_comes_from_the_registry() {
         assert!(is_allowed(licence, &allowed), "{name}: {licence}");
         let source = package["source"].as_str().unwrap_or("here");
         let known = source.starts_with("registry+") && source.contains("crates.io-index");
-        assert!(known || name == "conicoid", "{name} comes from {source}");
+        let is_own = name == "conicoid" || name == "conicoid-python";
+        assert!(known || is_own, "{name} comes from {source}");
     }
 }
 
@@ -101,14 +102,18 @@ fn every_dependency_is_named_in_the_code() {
     /// What generated code alone names.
     const GENERATED: [&str; 1] = ["tonic-prost"];
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let manifest = parsed("Cargo.toml");
-    let names_of = |table: &str| manifest[table].as_table().unwrap().keys().cloned();
-    for (table, directories) in
-        [("dependencies", &["src"][..]), ("dev-dependencies", &["src", "tests", "examples"])]
-    {
+    let names_of = |manifest: &str, table: &str| {
+        parsed(manifest)[table].as_table().unwrap().keys().cloned().collect::<Vec<_>>()
+    };
+    for (manifest, table, directories) in [
+        ("Cargo.toml", "dependencies", &["src"][..]),
+        ("Cargo.toml", "dev-dependencies", &["src", "tests", "examples"]),
+        ("python/Cargo.toml", "dependencies", &["python/src"]),
+    ] {
         let code: String =
             directories.iter().map(|directory| text(&root.join(directory))).collect();
-        for name in names_of(table).filter(|name| !GENERATED.contains(&name.as_str())) {
+        let names = names_of(manifest, table);
+        for name in names.iter().filter(|name| !GENERATED.contains(&name.as_str())) {
             let path = format!("{}::", name.replace('-', "_"));
             let is_word =
                 |at: usize| !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -134,4 +139,10 @@ fn the_licence_is_there_in_full() {
     let licence = read("LICENSE");
     assert!(licence.contains("Version 2.0, January 2004") && licence.contains("END OF TERMS"));
     assert!(read("Cargo.toml").contains("license = \"Apache-2.0\""));
+}
+
+#[test]
+fn the_python_package_has_the_version_of_the_crate() {
+    let version = |manifest: &str| parsed(manifest)["package"]["version"].clone();
+    assert_eq!(version("Cargo.toml"), version("python/Cargo.toml"));
 }

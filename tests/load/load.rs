@@ -15,6 +15,8 @@
 //! | `gone` | 300 callers who hang up after their last byte and send the same again |
 //! | `full` | a disk that fills up and has room again; needs `unshare` and `mount` |
 //! | `damaged` | 120 starts on a database with changed bytes |
+//! | `fleet` | 500 jobs of two front ends and four workers over 1 and 3 NATS servers, while all of them are killed |
+//! | `queue` | what the queue of NATS costs: jobs a second, milliseconds a request |
 //! | `soak` | half an hour of mixed load with cancels, broken uploads and rubbish; `soak=SECONDS` for less |
 //!
 //! The service runs in a process of its own, on the same processors as its callers: other programs on
@@ -28,10 +30,15 @@ mod caller;
 mod cancel;
 mod cloud;
 mod damaged;
+mod fleet;
 mod full;
 mod gone;
 mod jobs;
+#[path = "../support/nats.rs"]
+#[allow(dead_code, reason = "what it has for tests is not all needed here")]
+mod nats;
 mod overload;
+mod queue;
 #[path = "../clouds/random.rs"]
 #[allow(dead_code, reason = "whole numbers are all that is needed here")]
 mod random;
@@ -49,7 +56,7 @@ use std::process::ExitCode;
 /// One part: what it prints is its table, what it returns the marks it missed.
 type Part = (&'static str, fn() -> Vec<String>);
 
-const PARTS: [Part; 10] = [
+const PARTS: [Part; 12] = [
     ("rates", rates::run),
     ("answer", answer::run),
     ("overload", overload::run),
@@ -60,13 +67,15 @@ const PARTS: [Part; 10] = [
     ("gone", gone::run),
     ("full", full::run),
     ("damaged", damaged::run),
+    ("fleet", fleet::run),
+    ("queue", queue::run),
 ];
 
 fn main() -> ExitCode {
     let words: Vec<_> = std::env::args().skip(1).collect();
     // the same program is the service and the callers of the overload, in processes of their own
     match words.first().map(String::as_str) {
-        Some("serve") => return conicoid::cli::main(),
+        Some("serve" | "worker") => return conicoid::cli::main(),
         Some("call") => return overload::call(&words[1..]),
         _ => {}
     }

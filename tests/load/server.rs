@@ -124,6 +124,53 @@ impl Server {
     }
 }
 
+/// A worker in a process of its own; killed when dropped.
+pub struct Worker {
+    child: Child,
+    log: NamedTempFile,
+    admin: String,
+}
+
+impl Worker {
+    /// Starts it; `flags` name its NATS servers.
+    pub fn start(flags: &[&str]) -> Self {
+        let log = NamedTempFile::new().unwrap();
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["worker", "--admin=127.0.0.1:0", "--log=error"])
+            .args(flags)
+            .stdout(Stdio::piped())
+            .stderr(File::create(log.path()).unwrap())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map_while(Result::ok);
+        // without a line it has ended, and its log says why
+        let admin = lines.next().ok_or_else(|| fs::read_to_string(log.path())).unwrap();
+        let admin = admin.replace("admin://", "http://");
+        Self { child, log, admin }
+    }
+
+    /// What it has written into its log.
+    pub fn log(&self) -> String {
+        String::from_utf8_lossy(&fs::read(self.log.path()).unwrap()).into_owned()
+    }
+
+    /// How many jobs it was given that another worker had before.
+    pub async fn again(&self) -> u64 {
+        let Ok(answer) = reqwest::get(format!("{}/metrics", self.admin)).await else { return 0 };
+        let text = answer.text().await.unwrap_or_default();
+        let name = "conicoid_redeliveries_total ";
+        text.lines().find_map(|line| line.strip_prefix(name)?.parse().ok()).unwrap_or(0)
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // it may have ended
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
 impl Drop for Server {
     fn drop(&mut self) {
         // it may have ended

@@ -6,7 +6,6 @@ zero, which no schema excludes, is left out. Requests that are meant to be wrong
 """
 
 import http.client
-import itertools
 import math
 import urllib.error
 import urllib.request
@@ -16,8 +15,7 @@ import schemathesis
 
 POINTS = [(10 * math.cos(2.4 * i), 10 * math.sin(2.4 * i), i / 10) for i in range(100)]
 CLOUD = "".join(f"{x:.4f} {y:.4f} {z:.1f}\n" for x, y, z in POINTS)
-# every third good request becomes a job, so that the jobs' routes have something to show
-TURN = itertools.count()
+TAKE_A_CLOUD = {"createSegmentation", "createSegmentationFromForm", "createJob", "createJobFromForm"}
 
 
 @schemathesis.hook
@@ -25,7 +23,7 @@ def before_call(context, case, **kwargs):
     operation = case.operation.definition.raw.get("operationId")
     if operation == "deleteJob":
         wait_for_the_end(case)
-    elif operation == "createSegmentation" and case.meta is not None:
+    elif operation in TAKE_A_CLOUD and case.meta is not None:
         if all(component.mode.is_positive for component in case.meta.components.values()):
             give_a_cloud(case)
 
@@ -60,8 +58,6 @@ def give_a_cloud(case):
             if "axis_direction" in given and is_zero(given["axis_direction"]):
                 del given["axis_direction"]
     headers = dict(case.headers or {})
-    if next(TURN) % 3 == 0:
-        headers["Prefer"] = "respond-async"
     if "Idempotency-Key" in headers:
         headers["Idempotency-Key"] = str(uuid.uuid4())  # a key stands for one submission
     case.headers = headers

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::super::{AnswerError, ErrorKind, Input};
+use super::super::{AnswerError, ErrorKind, Form, Input};
 use crate::fit::feature::{Element, FeatureType};
 
 /// The type that leaves the type open.
@@ -13,6 +13,10 @@ pub struct FitDocument {
     /// Version of the program that made it.
     #[schema(example = "0.1.0")]
     pub conicoid: String,
+    /// Which sources it was built of: a digest of them. Absent from results that earlier versions kept.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    #[schema(example = "8c2f0a4be1d94c57a3f6e0b1920d7c4e")]
+    pub build: String,
     /// What the input was.
     pub input: Input,
     /// Every parameter as used.
@@ -32,13 +36,12 @@ pub struct FitDocument {
     /// Parameters that the points do not tell: sizes and angles less than three standard uncertainties from zero, directions known to
     /// no better than a third of a radian. They are told nowhere in the result.
     pub not_identifiable: Vec<String>,
-    /// How exactly the parameters are known; null where there are no more points than determine the feature, and for associations
-    /// other than `gaussian`, whose few contacts tell nothing of it.
+    /// How exactly the parameters are known; null where there are no more points than determine the feature.
     pub uncertainty: Option<FeatureUncertainty>,
     /// Distances of the points used.
     pub residuals: Residuals,
     /// The form error.
-    pub form: Form,
+    pub form: FormError,
     /// The proof of an association that is none of least squares; absent with `gaussian`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certificate: Option<Certificate>,
@@ -146,15 +149,18 @@ pub struct FeatureUncertainty {
     pub parameters: Vec<ParameterUncertainty>,
     /// The parameters whose components the rows of `covariance` are, in their order.
     pub covariance_of: Vec<String>,
-    /// Covariance of all their components from the scatter of the points alone, without the type B input.
+    /// Covariance of all their components from the scatter of the points alone, without the type B input. Empty for associations
+    /// other than `gaussian`: how their few contacts may lie has none.
     pub covariance: Vec<Vec<f64>>,
-    /// Standard deviation of the distances: the root of their sum of squares over their number less the degrees of freedom.
+    /// Standard deviation of the distances: the root of their sum of squares over their number less the degrees of freedom. For
+    /// associations other than `gaussian` that of the noise about the least-squares feature, which may be told from neighbours.
     pub s: f64,
     /// How many independent points tell as much as these do: less than there are where the distances of neighbours are alike.
     pub n_eff: f64,
     /// Effective degrees of freedom.
     pub degrees_of_freedom: f64,
-    /// Factor of the expanded uncertainties: Student's t for the coverage and the degrees of freedom.
+    /// Factor of the expanded uncertainties: Student's t for the coverage and the degrees of freedom. For associations other than
+    /// `gaussian` the expanded ones are bounds, and the standard ones these over it.
     pub k: f64,
     /// What the uncertainties leave out.
     pub leaves_out: Vec<String>,
@@ -194,14 +200,15 @@ pub struct Residuals {
 
 /// A form error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Form {
+#[schema(as = Form)]
+pub struct FormError {
     /// Its name by ISO 1101 and ISO 12180, 12181, 12780 and 12781: flatness, roundness, straightness, cylindricity, sphericity; conicity;
     /// profile_of_surface of the other types.
     pub characteristic: String,
     /// Peak to valley about the least-squares feature; of a line the diameter of the cylinder about it that holds all points, of a circle
     /// the range of the distances from its centre within its plane.
     pub gaussian: f64,
-    /// The least peak to valley about any feature of the type: the form error of ISO 1101. Null for types without minimum zone.
+    /// The least peak to valley about any feature of the type: the form error of ISO 1101. Null where none is proven.
     pub minimum_zone: Option<f64>,
 }
 
@@ -242,13 +249,18 @@ pub struct Characteristic {
     /// The largest value allowed; null where there is none.
     pub upper_limit: Option<f64>,
     /// The measured value: of the fitted feature; of a form error that of the minimum zone, or without one that of least squares.
-    pub measured: f64,
+    /// Null where the points do not tell it.
+    pub measured: Option<f64>,
     /// The measured value less the nominal one.
     pub deviation: Option<f64>,
-    /// Its expanded uncertainty; of a form error `k` times `type_b`. Null where it is not known.
+    /// Its expanded uncertainty; of a form error twice what the noise of no point goes beyond, with `k` times `type_b` in
+    /// quadrature. Null where there are no more points than determine the feature.
     pub expanded: Option<f64>,
     /// The verdict by the decision rule of ISO 14253-1.
     pub verdict: Verdict,
+    /// Why the verdict is open; absent where it is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undecided: Option<String>,
 }
 
 /// Whether a characteristic keeps its limits.
@@ -284,7 +296,51 @@ pub struct Convergence {
     pub last_step: f64,
 }
 
+impl Verdict {
+    /// The word for it in every contract.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Conform => "conform",
+            Self::NotConform => "not_conform",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
 impl FitDocument {
+    /// The forms that the library writes it in.
+    pub const FORMS: [Form; 4] = [Form::Json, Form::Qif, Form::Dmis, Form::Characteristics];
+
+    /// The forms that the service has of it: protobuf among them.
+    pub const OFFERED: [Form; 5] =
+        [Form::Json, Form::Protobuf, Form::Qif, Form::Dmis, Form::Characteristics];
+
+    /// The form whose files end so, in any case; `csv` is its one table.
+    pub fn form_from_extension(extension: &str) -> Option<Form> {
+        if extension.eq_ignore_ascii_case("csv") {
+            return Some(Form::Characteristics);
+        }
+        let form = Form::from_extension(extension)?;
+        Self::OFFERED.contains(&form).then_some(form)
+    }
+
+    /// The result in a form.
+    ///
+    /// # Errors
+    /// It is none of [`FORMS`](Self::FORMS), or JSON cannot be written: a fault of the service.
+    pub fn write(&self, form: Form) -> Result<Vec<u8>, AnswerError> {
+        match form {
+            Form::Json => self.to_json(),
+            form if Self::FORMS.contains(&form) => Ok(form.hand_over(&self.into())),
+            form => {
+                let known = Self::FORMS.map(|form| format!(".{}", form.extension())).join(", ");
+                let detail =
+                    format!("a fit is not written as .{}: take one of {known}", form.extension());
+                Err(AnswerError::new(ErrorKind::NotAcceptable, detail))
+            }
+        }
+    }
+
     /// The result as JSON, with a line's end.
     ///
     /// # Errors

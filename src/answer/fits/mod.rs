@@ -8,7 +8,7 @@ mod tolerance;
 
 pub use document::{
     Certificate, Characteristic, Contact, Convergence, Determination, FeatureUncertainty,
-    FitDocument, FitParameters, Form, ParameterUncertainty, PassedThrough, Residuals, Verdict,
+    FitDocument, FitParameters, FormError, ParameterUncertainty, PassedThrough, Residuals, Verdict,
 };
 pub use regions::{RegionFit, region_fits};
 pub use request::{FIT_PARAMETERS, FitRequest, fit_specs, unknown_fit_parameter};

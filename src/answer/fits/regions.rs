@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    super::Input,
+    super::{Input, ThinInput},
     document::{FitDocument, FitParameters},
     request::FitRequest,
     told::fit_cloud,
@@ -55,7 +55,8 @@ pub fn region_fits(
             },
             ..FitRequest::default()
         };
-        let input = Input { points: members.len(), skipped: 0, ..input.clone() };
+        let thin = input.thin.clone().map(|thin| ThinInput { kept: members.len(), ..thin });
+        let input = Input { points: members.len(), skipped: 0, thin, ..input.clone() };
         match fit_cloud(&part(cloud, members), input, &request) {
             Ok(fit) => RegionFit { region: region.id, fit: Some(fit), refused: None },
             Err(error) => {

@@ -1,13 +1,13 @@
 use super::super::{
     AnswerError, ErrorKind, OPTIONS, Request,
     options::ASSOCIATIONS,
-    request::{ParameterForm, check_length, known_names},
+    request::{ParameterForm, check_length, known_names, worded},
 };
 use super::document::{FitParameters, PassedThrough};
 use crate::{
     fit::feature::{Asked, Association, FeatureType, Fixed},
-    geometry::Vec3,
-    segment::{ParameterKind, ParameterSpec},
+    geometry::{Vec3, moderate},
+    segment::{ParameterKind, ParameterSpec, truth},
 };
 
 const LENGTH: ParameterKind = ParameterKind::Number { min: 0.0, max: 1e12 };
@@ -56,7 +56,7 @@ pub const FIT_PARAMETERS: &[ParameterSpec] = &[
         ParameterKind::Choice(ASSOCIATIONS),
         None,
         Some("gaussian"),
-        "gaussian: the least sum of squared distances of all points. minimum_zone: the least largest distance, of a line the thinnest cylinder that holds all points; not for elliptic_cylinder and ellipsoid. minimum_circumscribed, maximum_inscribed: of a circle, sphere or cylinder, the smallest about all points and the largest among them",
+        "gaussian: the least sum of squared distances of all points. minimum_zone: the least largest distance, of a line the thinnest cylinder that holds all points. minimum_circumscribed, maximum_inscribed: of a circle, sphere or cylinder, the smallest about all points and the largest among them",
     ),
     row("radius", LENGTH, Some("length"), None, "A fixed radius: of a sphere, cylinder or circle"),
     row(
@@ -115,13 +115,7 @@ pub const FIT_PARAMETERS: &[ParameterSpec] = &[
         None,
         "Upper limit deviation from nominal (no upper limit when absent)",
     ),
-    row(
-        "form_tolerance",
-        LENGTH,
-        Some("length"),
-        None,
-        "Largest form error allowed; its verdict needs type_b, as the scatter of the points tells nothing of it",
-    ),
+    row("form_tolerance", LENGTH, Some("length"), None, "Largest form error allowed"),
     row(
         "residuals",
         ParameterKind::Boolean,
@@ -138,17 +132,17 @@ pub const FIT_PARAMETERS: &[ParameterSpec] = &[
 ];
 
 /// The options that a fit shares with a segmentation.
-const SHARED: [&str; 4] = ["format", "columns", "name", "deadline"];
+const SHARED: [&str; 5] = ["format", "columns", "unit", "name", "deadline"];
 
 /// Every parameter and option a fit may have.
-pub fn fit_specs() -> impl Iterator<Item = &'static ParameterSpec> {
+pub fn fit_specs() -> impl Iterator<Item = &'static ParameterSpec> + Clone {
     FIT_PARAMETERS.iter().chain(OPTIONS.iter().filter(|spec| SHARED.contains(&spec.name)))
 }
 
 /// The parameters of a fit as text, and what is shared with segmentations.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitRequest {
-    /// Format, columns, name and deadline; all that was given, in its order.
+    /// Format, columns, unit, name and deadline; all that was given, in its order.
     pub request: Request,
     /// The parameters as used.
     pub parameters: FitParameters,
@@ -219,7 +213,7 @@ impl FitRequest {
             "lower" => p.lower = Some(number()?),
             "upper" => p.upper = Some(number()?),
             "form_tolerance" => p.form_tolerance = Some(number()?),
-            "residuals" => self.residuals = text.parse().ok()?,
+            "residuals" => self.residuals = truth(text)?,
             "part" => passed.part = line()?,
             "serial" => passed.serial = line()?,
             "operator" => passed.operator = line()?,
@@ -234,13 +228,13 @@ impl FitRequest {
 
 impl ParameterForm for FitRequest {
     fn set(&mut self, name: &str, value: &str) -> Result<(), AnswerError> {
-        let text = value.trim();
         if SHARED.contains(&name) {
             return self.request.set(name, value);
         }
         let spec = fit_specs().find(|spec| spec.name == name);
         let spec = spec.ok_or_else(|| unknown_fit_parameter(name))?;
-        check_length(spec, text)?;
+        check_length(spec, value.trim())?;
+        let text = worded(spec, value.trim());
         self.set_own(spec, text).ok_or_else(|| {
             AnswerError::new(
                 ErrorKind::InvalidParameter,
@@ -253,6 +247,10 @@ impl ParameterForm for FitRequest {
 
     fn request(&mut self) -> &mut Request {
         &mut self.request
+    }
+
+    fn spec(&self, name: &str) -> Option<&'static ParameterSpec> {
+        fit_specs().find(|spec| spec.name == name)
     }
 }
 
@@ -267,8 +265,8 @@ fn direction(text: &str) -> Option<[f64; 3]> {
     let numbers: Vec<f64> =
         text.split(',').map(|t| t.trim().parse().ok()).collect::<Option<_>>()?;
     let d: [f64; 3] = numbers.try_into().ok()?;
-    let norm = Vec3::from(d).norm();
-    (norm > 0.0 && norm.is_finite()).then_some(d)
+    let is_good = d.iter().all(|x| x.is_finite()) && d.iter().any(|x| *x != 0.0);
+    is_good.then(|| moderate(d))
 }
 
 #[cfg(test)]
@@ -285,6 +283,7 @@ mod tests {
             ("radius", "1e13"),
             ("axis", "0,0,0"),
             ("axis", "1,2"),
+            ("axis", "0,0,inf"),
             ("half_angle", "1.58"),
             ("outliers", "0.99"),
             ("outliers", "101"),
@@ -303,6 +302,9 @@ mod tests {
             ("outliers", "1"),
             ("coverage", "0.9999"),
             ("axis", "0,0,-2"),
+            ("axis", "0,0,1e300"),
+            ("axis", "0,0,1e-200"),
+            ("residuals", "1"),
             ("part", &"x".repeat(255)),
             ("format", "csv"),
         ] {

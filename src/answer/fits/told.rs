@@ -1,25 +1,28 @@
-use super::super::{AnswerError, ErrorKind, Input};
+use super::super::{AnswerError, BUILD, ErrorKind, Input};
 use super::document::{
-    Certificate, Contact, Convergence, Determination, FeatureUncertainty, FitDocument, Form,
+    Certificate, Contact, Convergence, Determination, FeatureUncertainty, FitDocument, FormError,
     ParameterUncertainty, Residuals,
 };
 use super::request::FitRequest;
-use super::tolerance::characteristics;
+use super::tolerance::{ToleranceError, characteristics, check};
 use crate::{
-    fit::feature::{self, Exactness, Feature, FitError, Held, assess},
+    fit::feature::{self, Association, Exactness, Feature, FitError, Held, assess},
     geometry::PointCloud,
 };
 
 /// The feature of all points of a cloud.
 ///
 /// # Errors
-/// Its points do not determine the feature.
+/// Its points do not determine the feature, or tolerances are given that it cannot be judged by.
 pub fn fit_cloud(
     cloud: &PointCloud,
     input: Input,
     request: &FitRequest,
 ) -> Result<FitDocument, AnswerError> {
-    let feature = assess(&cloud.points, &request.asked())?;
+    let asked = request.asked();
+    check(&request.parameters, asked.kind)?;
+    let feature = assess(&cloud.points, &asked)?;
+    check(&request.parameters, Some(feature.pose.kind))?;
     Ok(told(feature, cloud, input, request))
 }
 
@@ -39,6 +42,7 @@ fn told(feature: Feature, cloud: &PointCloud, input: Input, request: &FitRequest
     let (steps, last_step) = feature.steps;
     FitDocument {
         conicoid: env!("CARGO_PKG_VERSION").to_owned(),
+        build: BUILD.to_owned(),
         input,
         parameters: request.parameters.clone(),
         passed,
@@ -52,7 +56,7 @@ fn told(feature: Feature, cloud: &PointCloud, input: Input, request: &FitRequest
             values: request.residuals.then(|| in_input_order(&feature.distances, cloud)),
             ..residuals(&used)
         },
-        form: Form {
+        form: FormError {
             characteristic: pose.kind.form_name().to_owned(),
             gaussian: feature.form.gaussian,
             minimum_zone: feature.form.minimum_zone,
@@ -120,11 +124,19 @@ fn residuals(used: &[f64]) -> Residuals {
 }
 
 fn uncertainty(e: &Exactness, request: &FitRequest) -> FeatureUncertainty {
+    let is_gaussian = request.asked().association == Association::Gaussian;
     let mut leaves_out = vec![
         "form error that is alike at all points, and any systematic error of the instrument that type_b does not hold"
             .to_owned(),
-        "the bias of second order of the estimate, about the square of the scatter over twice the radius".to_owned(),
     ];
+    leaves_out.extend(if is_gaussian {
+        vec!["the bias of second order of the estimate, about the square of the scatter over twice the radius".to_owned()]
+    } else {
+        vec![
+            "noise that neighbouring points have in common, which counts as form".to_owned(),
+            "what the surface does between the points".to_owned(),
+        ]
+    });
     if request.parameters.type_b.is_none() {
         leaves_out.push("every uncertainty of type B: none was given".to_owned());
     }
@@ -149,6 +161,12 @@ fn uncertainty(e: &Exactness, request: &FitRequest) -> FeatureUncertainty {
     }
 }
 
+impl From<ToleranceError> for AnswerError {
+    fn from(error: ToleranceError) -> Self {
+        Self::new(ErrorKind::InvalidParameter, error.to_string())
+    }
+}
+
 impl From<FitError> for AnswerError {
     fn from(error: FitError) -> Self {
         let kind = match &error {
@@ -158,7 +176,8 @@ impl From<FitError> for AnswerError {
             FitError::NotFixed { .. }
             | FitError::FixedExtreme { .. }
             | FitError::NotAssociated { .. } => ErrorKind::InvalidParameter,
-            FitError::Free { .. }
+            FitError::NoType { .. }
+            | FitError::Free { .. }
             | FitError::Undetermined { .. }
             | FitError::NotHeld { .. }
             | FitError::NotReached { .. } => ErrorKind::NotDetermined,

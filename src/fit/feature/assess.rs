@@ -6,13 +6,15 @@ use super::condition::{Condition, condition};
 use super::descend::normal;
 use super::error::FitError;
 use super::exactness::{Exactness, exactness};
-use super::extreme::extreme;
+use super::extreme::{extreme, opened};
 use super::fixed::Fixed;
 use super::gauss::{Least, Local, least};
 use super::kind::FeatureType;
+use super::noise::Noise;
 use super::pose::Pose;
+use super::reach::{self, Known, left_to_least_squares};
 use super::rows::Gauge;
-use super::zone::{Contact, Held};
+use super::zone::{Contact, Held, Program};
 use crate::geometry::Vec3;
 
 /// A feature and what is known of it.
@@ -24,6 +26,8 @@ pub struct Feature {
     pub origin: Vec3,
     /// `None` where the points are as few as determine it: they have no scatter.
     pub exactness: Option<Exactness>,
+    /// How far the points' noise reaches, a length: a form error is known to twice that. `None` as with `exactness`.
+    pub noise: Option<Noise>,
     /// Parameters that the points do not tell: less than three standard uncertainties from zero, or directions known to no
     /// better than a third of a radian.
     pub unknown: Vec<&'static str>,
@@ -48,7 +52,7 @@ pub struct Feature {
 pub struct FormError {
     /// About the least-squares feature.
     pub gaussian: f64,
-    /// The least about any feature of the type; `None` where the type has no minimum zone or none is proven.
+    /// The least about any feature of the type; `None` where none is proven.
     pub minimum_zone: Option<f64>,
 }
 
@@ -137,12 +141,18 @@ fn describe(
     };
     // The fixed values are those of the local points.
     let unit = Asked { fixed: *fixed, ..*asked };
-    let (exactness, unknown) = match exactness(&pose, some, &sums.jj, &unit, local.scale) {
-        // What is known of the least-squares feature is not what is known of another.
-        Some((exactness, unknown)) => (Some(exactness).filter(|_| is_gaussian), unknown),
+    let noise = Noise::of(&pose, some, free.count(), asked.coverage);
+    let (mut exactness, unknown) = match exactness(&pose, some, &sums.jj, &unit, local.scale) {
+        Some((exactness, unknown)) => (Some(exactness), unknown),
         None => (None, Vec::new()),
     };
-    let pose = held.as_ref().map_or(pose, |held| held.pose.recentred(&mean));
+    let held = held.map(|held| Held { pose: held.pose.recentred(&mean), ..held });
+    if let Some(held) = &held {
+        // What is known of the least-squares feature is not what is known of another.
+        exactness = noise.map(|noise| of_held(held, &pose, some, noise, asked, local.scale));
+        drop_untold(&mut exactness, &unknown);
+    }
+    let pose = held.as_ref().map_or(pose, |held| held.pose);
     let held = held.map(|held| in_input(held, local.scale, used));
     let gauge = Gauge::of(&pose);
     let distances = local.points.iter().map(|x| gauge.distance(x) * local.scale).collect();
@@ -153,6 +163,7 @@ fn describe(
         pose: world(&pose),
         origin: local.origin,
         exactness,
+        noise: noise.map(|noise| noise.scaled(local.scale)),
         unknown,
         condition,
         form,
@@ -162,6 +173,33 @@ fn describe(
         steps: (fit.steps, fit.last_step),
         others: fit.others.iter().map(|p| world(&p.recentred(&mean))).collect(),
     })
+}
+
+/// How exactly a feature that contacts hold is known, `least` being that of least squares.
+fn of_held(
+    held: &Held,
+    least: &Pose,
+    points: &[Vec3],
+    noise: Noise,
+    asked: &Asked,
+    scale: f64,
+) -> Exactness {
+    let (aim, free) = opened(asked.association, least.kind);
+    let known = Known {
+        noise,
+        others: left_to_least_squares(least, points, &free, noise.deviation),
+        type_b: asked.type_b / scale,
+        coverage: asked.coverage,
+        scale,
+    };
+    reach::exactness(held, &Program { points, free, aim }, &known)
+}
+
+/// Takes out what is told nowhere.
+fn drop_untold(exactness: &mut Option<Exactness>, unknown: &[&str]) {
+    if let Some(exactness) = exactness {
+        exactness.parameters.retain(|p| !unknown.contains(&p.name));
+    }
 }
 
 /// What holds a feature, with places among all points and lengths in the input's unit.

@@ -41,10 +41,9 @@ impl Association {
 
     /// Whether features of a type can be associated so.
     pub fn is_for(self, kind: FeatureType) -> bool {
-        use FeatureType::{Circle, Cylinder, Ellipsoid, EllipticCylinder, Sphere};
+        use FeatureType::{Circle, Cylinder, Sphere};
         match self {
-            Self::Gaussian => true,
-            Self::MinimumZone => !matches!(kind, EllipticCylinder | Ellipsoid),
+            Self::Gaussian | Self::MinimumZone => true,
             Self::MinimumCircumscribed | Self::MaximumInscribed => {
                 matches!(kind, Circle | Sphere | Cylinder)
             }

@@ -43,8 +43,14 @@ pub fn simplest(points: &[Vec3], fixed: &Fixed) -> Result<FeatureType, FitError>
     };
     let all = FeatureType::ALL.into_iter().filter_map(|kind| Some((length(kind)?, kind)));
     let best = all.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, kind)| kind).ok_or(FitError::TooFewForAuto { points: n, needed: 4 })
+    best.map(|(_, kind)| kind).ok_or_else(|| match n {
+        ..FEWEST => FitError::TooFewForAuto { points: n, needed: FEWEST },
+        _ => FitError::NoType { fixed: fixed.names() },
+    })
 }
+
+/// Fewer points are of several types.
+const FEWEST: usize = 4;
 
 /// ln(2 pi e): what a normal number of variance 1 takes, twice.
 const LN_2_PI_E: f64 = 2.837_877_066_409_345;

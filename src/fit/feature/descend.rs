@@ -58,27 +58,38 @@ pub struct Normal {
 
 /// The normal equations of `pose` over `points` in the freedoms.
 pub fn normal(pose: &Pose, points: &[Vec3], free: &Freedoms) -> Normal {
+    match free.count() {
+        0..=3 => sums::<3>(pose, points, free),
+        4 => sums::<4>(pose, points, free),
+        5 => sums::<5>(pose, points, free),
+        6 => sums::<6>(pose, points, free),
+        7 => sums::<7>(pose, points, free),
+        _ => sums::<SLOTS>(pose, points, free),
+    }
+}
+
+/// [`normal`] of at most `P` freedoms: loops whose length is known are unrolled.
+fn sums<const P: usize>(pose: &Pose, points: &[Vec3], free: &Freedoms) -> Normal {
     let gauge = Gauge::of(pose);
-    let p = free.count();
-    let mut out = Normal { cost: 0.0, jr: [0.0; SLOTS], jj: [[0.0; SLOTS]; SLOTS] };
+    let slots: [usize; P] = std::array::from_fn(|k| free.slots[k]);
+    let (mut cost, mut jr, mut jj) = (0.0, [0.0; P], [[0.0; P]; P]);
     for x in points {
         gauge.rows(x, |d, row| {
-            let mut j = [0.0; SLOTS];
-            for (k, &slot) in free.slots().iter().enumerate() {
-                j[k] = row[slot];
-            }
-            out.cost += d * d;
-            for a in 0..p {
-                out.jr[a] += j[a] * d;
+            let j = slots.map(|slot| row[slot]);
+            cost += d * d;
+            for a in 0..P {
+                jr[a] += j[a] * d;
                 for b in 0..=a {
-                    out.jj[a][b] += j[a] * j[b];
+                    jj[a][b] += j[a] * j[b];
                 }
             }
         });
     }
-    for a in 0..p {
-        for b in 0..a {
-            out.jj[b][a] = out.jj[a][b];
+    let mut out = Normal { cost, jr: [0.0; SLOTS], jj: [[0.0; SLOTS]; SLOTS] };
+    for a in 0..free.count() {
+        out.jr[a] = jr[a];
+        for b in 0..=a {
+            (out.jj[a][b], out.jj[b][a]) = (jj[a][b], jj[a][b]);
         }
     }
     out

@@ -31,6 +31,12 @@ pub enum FitError {
         /// How many it takes.
         needed: usize,
     },
+    /// The points are of no type.
+    #[error("{}", no_type(fixed))]
+    NoType {
+        /// The values that are fixed, by name.
+        fixed: Vec<&'static str>,
+    },
     /// A value is to be fixed that the type does not have.
     #[error("{} has no {name} that can be fixed: leave it out", kind.with_article())]
     NotFixed {
@@ -93,4 +99,15 @@ pub enum FitError {
         /// The type.
         kind: FeatureType,
     },
+}
+
+fn no_type(fixed: &[&str]) -> String {
+    if fixed.is_empty() {
+        return "no type of feature is told by the points: name one with type".to_owned();
+    }
+    let fixed = fixed.join(" and ");
+    format!(
+        "no type of feature with the given {fixed} is told by the points: leave {fixed} out, or give what they have, or name the \
+         type"
+    )
 }

@@ -4,8 +4,10 @@ use nalgebra::DMatrix;
 
 use super::asked::Asked;
 use super::descend::residuals;
+use super::lobes::lobes;
 use super::pose::Pose;
-use super::small::Square;
+use super::profile::untold;
+use super::small::{Square, inverse};
 use super::student::coverage_factor;
 use super::terms::{Nature, Term, changes, terms};
 use crate::fit::Spread;
@@ -48,6 +50,9 @@ pub struct Exactness {
 /// them reach zero.
 const TOLD: f64 = 1.0 / 3.0;
 
+/// Distances below this, in the points' size, are rounding.
+const EXACT: f64 = 1e-13;
+
 /// The uncertainty of a pose of local points whose unit is `scale` long, and the parameters that they do not tell; `None` where there
 /// are no more rows than unknowns.
 pub fn exactness(
@@ -64,17 +69,28 @@ pub fn exactness(
     }
     let cost: f64 = residuals(pose, points).iter().map(|d| d * d).sum();
     let s = (cost / (rows - p) as f64).sqrt();
+    let information = DMatrix::from_fn(p, p, |a, b| jj[a][b]);
+    let white = inverse(&information)?;
+    // Lobes are taken out before the rest is asked what it has in common.
+    let lobes = if s > EXACT { lobes(pose, points, &free, &white) } else { None };
+    let without = lobes.as_ref().map(|lobes| lobes.without(points));
+    let rest = without.as_deref().unwrap_or(points);
+    let s_rest = lobes.as_ref().map_or(s, |lobes| lobes.deviation);
     let inflation = match pose.shape() {
-        Some(shape) if asked.fixed.is_none() && s > 1e-13 => {
-            Spread::of(&shape, points).inflation(s, 1.0)
+        Some(shape) if asked.fixed.is_none() && s_rest > EXACT => {
+            Spread::of(&shape, rest).inflation(s_rest, 1.0)
         }
         _ => 1.0,
     };
+    let sq = s_rest * s_rest * inflation;
     let n_eff = points.len() as f64 / inflation;
     let freedom = (pose.kind.rows() as f64 * n_eff - p as f64).max(1.0);
     let k = coverage_factor(asked.coverage, freedom);
-    let information = DMatrix::from_fn(p, p, |a, b| jj[a][b]);
-    let of_freedoms = inverse(&information)? * (s * s * inflation);
+    let mut of_freedoms = white * sq;
+    let untold = untold(pose, rest, &free, &of_freedoms, sq);
+    if let Some(lobes) = &lobes {
+        of_freedoms += &lobes.moved;
+    }
     let all = changes(pose);
     let open = DMatrix::from_fn(all.nrows(), p, |row, a| all[(row, free.slots()[a])]);
     let mut covariance = &open * of_freedoms * open.transpose();
@@ -87,7 +103,9 @@ pub fn exactness(
         }
     }
     let sq_size = points.iter().map(Vec3::norm_squared).sum::<f64>() / points.len() as f64;
-    let told = Told { covariance, k, scale, type_b: asked.type_b, size: sq_size.sqrt() * scale };
+    let size = sq_size.sqrt() * scale;
+    let is_bent = !untold.is_empty();
+    let told = Told { covariance, k, scale, type_b: asked.type_b, size, is_bent };
     let (parameters, rows, unknown) = told.parameters(terms);
     let row = |&a: &usize| rows.iter().map(|&b| told.covariance[(a, b)]).collect();
     let covariance = rows.iter().map(row).collect();
@@ -110,6 +128,8 @@ struct Told {
     type_b: f64,
     /// Root mean square size of the points.
     size: f64,
+    /// Whether a size is told less well than `covariance` says.
+    is_bent: bool,
 }
 
 impl Told {
@@ -125,6 +145,7 @@ impl Told {
             let is_told = match term.nature {
                 Nature::Point => true,
                 Nature::Direction => scatter.iter().all(|u| *u < TOLD),
+                Nature::Size | Nature::Angle if self.is_bent => false,
                 _ => scatter.iter().zip(&values).all(|(u, v)| *u < TOLD * v.abs()),
             };
             if !is_told {
@@ -151,11 +172,4 @@ impl Told {
             _ => (0..width).map(|k| of(k).sqrt()).collect(),
         }
     }
-}
-
-/// Inverse of a symmetric positive matrix, scaled to a unit diagonal.
-fn inverse(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = a.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
-    let scaled = |m: &DMatrix<f64>| m.map_with_location(|i, j, v| v * scale[i] * scale[j]);
-    Some(scaled(&scaled(a).cholesky()?.inverse()))
 }

@@ -51,6 +51,20 @@ pub struct Solution {
 /// It starts at the corner of the box that is lowest for the largest piece and exchanges the constraint that is violated most for one of
 /// the basis, keeping all multipliers non-negative. `None` where rounding brings it to no end.
 pub fn exchange(pieces: &[Piece], p: usize, both: bool, reach: f64) -> Option<Solution> {
+    exchange_within(pieces, p, both, reach, ROUNDING)
+}
+
+/// A violation of a constraint that is rounding, over one and the bound.
+const ROUNDING: f64 = 1e-14;
+
+/// [`exchange`] where constraints may be violated by `slack`, over one and the bound.
+pub fn exchange_within(
+    pieces: &[Piece],
+    p: usize,
+    both: bool,
+    reach: f64,
+    slack: f64,
+) -> Option<Solution> {
     let height = |v: f64| if both { v.abs() } else { v };
     let top = (0..pieces.len())
         .max_by(|&a, &b| height(pieces[a].value).total_cmp(&height(pieces[b].value)))?;
@@ -78,7 +92,7 @@ pub fn exchange(pieces: &[Piece], p: usize, both: bool, reach: f64) -> Option<So
             // The objective is the last unknown.
             multipliers[a] = -inverse[p][a];
         }
-        let Some(entering) = most_violated(pieces, p, both, reach, &x) else {
+        let Some(entering) = most_violated(pieces, p, both, (reach, slack), &x) else {
             let step = std::array::from_fn(|k| if k < p { x[k] } else { 0.0 });
             let basis = (0..q).map(|j| (basis[j], multipliers[j].max(0.0))).collect();
             return Some(Solution { step, bound: x[p], basis });
@@ -124,10 +138,10 @@ fn most_violated(
     pieces: &[Piece],
     p: usize,
     both: bool,
-    reach: f64,
+    (reach, slack): (f64, f64),
     x: &[f64; MOST],
 ) -> Option<Bound> {
-    let mut worst = (1e-14 * (1.0 + x[p].abs()), None);
+    let mut worst = (slack * (1.0 + x[p].abs()), None);
     for (index, piece) in pieces.iter().enumerate() {
         let mut v = piece.value;
         for k in 0..p {

@@ -27,6 +27,16 @@ impl Fixed {
         (self.half_angle.is_some() && kind != Cone).then_some("half_angle")
     }
 
+    /// What is fixed, by name.
+    pub fn names(&self) -> Vec<&'static str> {
+        let all = [
+            ("radius", self.radius.is_some()),
+            ("axis", self.axis.is_some()),
+            ("half_angle", self.half_angle.is_some()),
+        ];
+        all.into_iter().filter_map(|(name, is_fixed)| is_fixed.then_some(name)).collect()
+    }
+
     /// Whether nothing is fixed.
     pub fn is_none(&self) -> bool {
         *self == Self::default()

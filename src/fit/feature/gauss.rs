@@ -1,17 +1,18 @@
 //! The association `gaussian`: orthogonal least squares of all points.
 
-use super::descend::{Descent, Freedoms, descend, polish};
+use super::descend::{Descent, Freedoms, descend, polish, residuals};
 use super::error::FitError;
 use super::fixed::Fixed;
 use super::kind::FeatureType;
 use super::pose::Pose;
 use super::rows::Gauge;
-use super::starts::starts_of;
+use super::starts::{starts_of, thinned};
 use crate::fit::least_squares::{self, Options};
 use crate::geometry::Vec3;
 
-/// Points that starts are judged on.
+/// Points that starts are judged on; of the elliptic types fewer, whose distances take long.
 const JUDGES: usize = 64;
+const ELLIPTIC_JUDGES: usize = 40;
 /// Starts that go on to all points.
 const GO_ON: usize = 3;
 /// Costs that differ by less than these shares are as good, of poses at their minimum and near it.
@@ -81,20 +82,36 @@ pub fn least(kind: FeatureType, points: &[Vec3], fixed: &Fixed) -> Result<Least,
     if points.len() < needed {
         return Err(FitError::TooFew { kind, points: points.len(), needed });
     }
-    let judges = thinned(points);
+    let is_elliptic = matches!(kind, FeatureType::EllipticCylinder | FeatureType::Ellipsoid);
+    let judges = thinned(points, if is_elliptic { ELLIPTIC_JUDGES } else { JUDGES });
+    let is_engines =
+        kind.family().is_some() && fixed.is_none() && points.len() > kind.slots().len();
+    let glance = Steps { most: 20, gain: 1e-3, engines: 1e-3 };
     let mut near: Vec<Descent> = starts_of(kind, &judges, fixed)
         .iter()
-        .filter_map(|start| descend(start, &judges, &free, 20, 1e-3))
+        .filter_map(|start| approach(start, &judges, &free, &glance, is_engines))
         .collect();
     near.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let most = near.first().map_or(0.0, |best| 9.0 * best.cost + 1e-20);
     near.retain(|d| d.cost <= most);
     let near = distinct(near, &judges, ROUGH);
-    let is_engines = fixed.is_none() && points.len() > kind.slots().len();
+    let whole = Steps { most: 200, gain: 1e-5, engines: 1e-5 };
+    // One without a rival needs no slow descent to be told from it: Newton's steps find their way from here, but for the
+    // valleys of the elliptic families.
+    let alone = match near[..] {
+        [one] if !is_engines && !is_elliptic => {
+            let cost = residuals(&one.pose, points).iter().map(|d| d * d).sum();
+            polish(&one.pose, points, &free).filter(|done| done.cost <= cost)
+        }
+        _ => None,
+    };
+    if let Some(Descent { pose, cost, steps, last_step }) = alone {
+        return Ok(Least { pose, cost, steps, last_step, others: Vec::new() });
+    }
     let mut close: Vec<Descent> = near
         .iter()
         .take(GO_ON)
-        .filter_map(|d| approach(&d.pose, points, &free, is_engines))
+        .filter_map(|d| approach(&d.pose, points, &free, &whole, is_engines))
         .collect();
     close.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let most = close.first().map_or(0.0, |best| (1.0 + ROUGH) * best.cost + 1e-20);
@@ -118,29 +135,32 @@ pub fn least(kind: FeatureType, points: &[Vec3], fixed: &Fixed) -> Result<Least,
     Ok(Least { pose, cost, steps, last_step, others })
 }
 
+/// How far a descent goes: at most so many steps, until one lowers the cost by less than the share `gain`; those of the
+/// engine's fit, of which there are up to 40, by less than `engines`.
+struct Steps {
+    most: usize,
+    gain: f64,
+    engines: f64,
+}
+
 /// A pose near the minimum below a start.
-fn approach(start: &Pose, points: &[Vec3], free: &Freedoms, is_engines: bool) -> Option<Descent> {
+fn approach(
+    start: &Pose,
+    points: &[Vec3],
+    free: &Freedoms,
+    steps: &Steps,
+    is_engines: bool,
+) -> Option<Descent> {
     if is_engines && let Some(shape) = start.shape() {
         // Fast, and it knows the valleys of the elliptic families.
-        let options = Options { cauchy: None, steps: 40, tolerance: 1e-7 };
+        let options = Options { cauchy: None, steps: 40.min(steps.most), tolerance: steps.engines };
         if let Some(fitted) = least_squares::fit(&shape, points, None, &options) {
             let cost = fitted.mean_sq * points.len() as f64;
             let pose = Pose::of(&fitted.shape);
             return Some(Descent { pose, cost, steps: 0, last_step: f64::INFINITY });
         }
     }
-    descend(start, points, free, 200, 1e-9)
-}
-
-/// Some of the points, evenly.
-fn thinned(points: &[Vec3]) -> Vec<Vec3> {
-    let n = points.len();
-    if n <= JUDGES {
-        return points.to_vec();
-    }
-    // A stride that has no common factor with rows of a grid: steps of the golden section.
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    (0..JUDGES).map(|k| points[((k as f64 * golden).fract() * n as f64) as usize]).collect()
+    descend(start, points, free, steps.most, steps.gain)
 }
 
 /// Those that are not the same as one before: of about the same cost, and as far from the points and from places beside them, but

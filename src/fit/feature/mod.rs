@@ -7,8 +7,9 @@
 //! - `starts`, `tori`: where fits begin, from points alone;
 //! - `rows`, `foot`: distances and their derivatives, to machine accuracy;
 //! - `descend`, `gauss`: orthogonal least squares;
-//! - `assess`: a feature with all that is known of it (`exactness`, `terms`, `condition`, `student`);
-//! - `exchange`, `zone`, `extreme`: minimum zones, circumscribed and inscribed features;
+//! - `assess`: a feature with all that is known of it (`exactness`, `lobes`, `profile`, `terms`, `condition`, `student`);
+//! - `exchange`, `zone`, `settle`, `ties`, `extreme`: minimum zones, circumscribed and inscribed features;
+//! - `noise`, `reach`: how far noise reaches, and how exactly such features are known;
 //! - `auto`: which type points are of.
 
 mod asked;
@@ -27,12 +28,18 @@ mod foot;
 mod gauss;
 mod kasa;
 mod kind;
+mod lobes;
+mod noise;
 mod pose;
+mod profile;
+mod reach;
 mod rows;
+mod settle;
 mod small;
 mod starts;
 mod student;
 mod terms;
+mod ties;
 mod tori;
 mod zone;
 
@@ -48,6 +55,9 @@ pub use extreme::extreme;
 pub use fixed::Fixed;
 pub use gauss::{Least, Local, least};
 pub use kind::FeatureType;
+pub use lobes::Lobes;
+pub use noise::Noise;
 pub use pose::Pose;
+pub use profile::untold;
 pub use rows::Gauge;
 pub use zone::{Contact, Held};

@@ -2,6 +2,8 @@
 
 #![expect(clippy::needless_range_loop, reason = "triangles of small matrices read best by index")]
 
+use nalgebra::DMatrix;
+
 use super::pose::SLOTS;
 
 /// A square of up to nine rows.
@@ -57,4 +59,11 @@ pub fn solve(a: &Square, b: &[f64; SLOTS], p: usize, damping: f64) -> Option<[f6
         x[i] *= scale[i];
     }
     Some(x)
+}
+
+/// Inverse of a symmetric positive matrix, scaled to a unit diagonal.
+pub fn inverse(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = a.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
+    let scaled = |m: &DMatrix<f64>| m.map_with_location(|i, j, v| v * scale[i] * scale[j]);
+    Some(scaled(&scaled(a).cholesky()?.inverse()))
 }

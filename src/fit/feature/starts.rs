@@ -17,9 +17,13 @@ const DIRECTIONS: usize = 120;
 /// Starts that are kept, and the least angle between the axes of two.
 const KEPT: (usize, f64) = (8, 0.3);
 
+/// Points that each of many directions is judged on.
+const FEW: usize = 24;
+
 /// Starts of a feature of `points`, which are centred and of about unit size, the most promising first.
 pub fn starts_of(kind: FeatureType, points: &[Vec3], fixed: &Fixed) -> Vec<Pose> {
     let principal = principal(points);
+    let few = thinned(points, FEW);
     let axes = || -> Vec<Vec3> {
         match fixed.axis {
             Some(axis) => vec![axis],
@@ -40,26 +44,42 @@ pub fn starts_of(kind: FeatureType, points: &[Vec3], fixed: &Fixed) -> Vec<Pose>
             normals.iter().filter_map(|w| circle(points, w)).collect()
         }
         FeatureType::Sphere => sphere(points).into_iter().collect(),
-        FeatureType::Cylinder => axes().iter().filter_map(|w| cylinder(points, w)).collect(),
-        FeatureType::Cone => axes().iter().flat_map(|w| cones(points, w)).collect(),
+        FeatureType::Cylinder => axes().iter().filter_map(|w| cylinder(&few, w)).collect(),
+        FeatureType::Cone => axes().iter().flat_map(|w| cones(&few, w)).collect(),
         FeatureType::EllipticCylinder => {
-            axes().iter().flat_map(|w| elliptic_cylinders(points, w)).collect()
+            axes().iter().flat_map(|w| elliptic_cylinders(&few, w)).collect()
         }
-        FeatureType::Torus => tori(points, &axes()),
+        FeatureType::Torus => tori(&few, &axes()),
         FeatureType::Ellipsoid => ellipsoids(points, &principal),
     };
     let found = found.into_iter().map(|pose| fixed.applied(&pose)).filter(Pose::is_proper);
-    apart(found, points)
+    apart(found, &few)
 }
 
-/// The most promising starts whose axes are apart, as every other of many points tells.
+/// Some of the points, evenly.
+pub fn thinned(points: &[Vec3], most: usize) -> Vec<Vec3> {
+    let n = points.len();
+    if n <= most {
+        return points.to_vec();
+    }
+    // A stride that has no common factor with rows of a grid: steps of the golden section.
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    (0..most).map(|k| points[((k as f64 * golden).fract() * n as f64) as usize]).collect()
+}
+
+/// The most promising starts whose axes are apart.
 fn apart(starts: impl Iterator<Item = Pose>, points: &[Vec3]) -> Vec<Pose> {
-    let stride = if points.len() < 32 { 1 } else { 2 };
     let mut scored: Vec<(f64, Pose)> = starts
         .map(|pose| {
-            let gauge = Gauge::of(&pose);
-            let some = points.iter().step_by(stride);
-            (some.map(|x| gauge.distance(x).powi(2)).sum::<f64>(), pose)
+            let squares = match pose.shape() {
+                // An exact distance from an ellipse takes long, and here one of second order will do.
+                Some(shape) => points.iter().map(|x| shape.distance(x).powi(2)).sum::<f64>(),
+                None => {
+                    let gauge = Gauge::of(&pose);
+                    points.iter().map(|x| gauge.distance(x).powi(2)).sum()
+                }
+            };
+            (squares, pose)
         })
         .filter(|(cost, _)| cost.is_finite())
         .collect();
@@ -140,14 +160,19 @@ fn cylinder(points: &[Vec3], w: &Vec3) -> Option<Pose> {
 /// the half angle and r the radius at z = 0, is linear; what A and B say of t may differ.
 fn cones(points: &[Vec3], w: &Vec3) -> Vec<Pose> {
     let (u, v) = perpendicular_frame(w);
-    let (mut m, mut b) =
-        (nalgebra::SMatrix::<f64, 5, 5>::zeros(), nalgebra::SVector::<f64, 5>::zeros());
+    let mut m = nalgebra::SMatrix::<f64, 5, 5>::zeros();
+    let mut b = nalgebra::SVector::<f64, 5>::zeros();
     for p in points {
         let (x, y, z) = (p.dot(&u), p.dot(&v), p.dot(w));
-        let row = nalgebra::SVector::<f64, 5>::new(2.0 * x, 2.0 * y, z * z, z, 1.0);
-        m += row * row.transpose();
-        b += row * (x * x + y * y);
+        let row = [2.0 * x, 2.0 * y, z * z, z, 1.0];
+        for k in 0..5 {
+            b[k] += row[k] * (x * x + y * y);
+            for l in 0..=k {
+                m[(k, l)] += row[k] * row[l];
+            }
+        }
     }
+    m.fill_upper_triangle_with_lower_triangle();
     let Some(s) = m.lu().solve(&b) else { return Vec::new() };
     let (x, y) = (s[0], s[1]);
     let radius = (s[4] + x * x + y * y).max(0.0).sqrt();

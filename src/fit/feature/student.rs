@@ -13,6 +13,13 @@ pub fn coverage_factor(coverage: f64, freedom: f64) -> f64 {
     0.5 * (low + high)
 }
 
+/// The k for which two independent t of one and the same deviation with `freedom` degrees of freedom lie within a circle of radius k with
+/// probability `coverage`, in 0..1: half its square is F with 2 and `freedom` degrees of freedom, whose tail is (1 + k2 / v)^(-v/2).
+pub fn planar_factor(coverage: f64, freedom: f64) -> f64 {
+    let tail = (-2.0 / freedom * (1.0 - coverage).ln()).exp_m1();
+    (freedom * tail).sqrt()
+}
+
 /// Probability of |t| < k: 1 - I_x(v/2, 1/2) with x = v / (v + k2).
 fn within(k: f64, v: f64) -> f64 {
     1.0 - incomplete_beta(0.5 * v, 0.5, v / (v + k * k), k * k / (v + k * k))
@@ -53,6 +60,23 @@ fn incomplete_beta(a: f64, b: f64, x: f64, y: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn in_the_plane_it_is_that_of_many_draws_and_of_rayleigh() {
+        // for many degrees of freedom exp(-k2 / 2) is left outside
+        let k = planar_factor(0.95, 1e9);
+        assert!((k - (-2.0 * 0.05_f64.ln()).sqrt()).abs() < 1e-6, "{k}");
+        let mut random = crate::fit::fits::Random::new(2);
+        let (freedom, rounds, mut within) = (5, 20_000, 0);
+        let k = planar_factor(0.9, 5.0);
+        for _ in 0..rounds {
+            let sq: f64 = (0..freedom).map(|_| random.normal().powi(2)).sum();
+            let deviation = (sq / f64::from(freedom)).sqrt();
+            within += usize::from(random.normal().hypot(random.normal()) < k * deviation);
+        }
+        let share = within as f64 / f64::from(rounds);
+        assert!((share - 0.9).abs() < 0.01, "{share}");
+    }
 
     #[test]
     fn it_is_that_of_printed_tables() {

@@ -2,6 +2,7 @@
 
 mod header;
 mod laz;
+mod records;
 mod unit;
 
 use std::{io::Cursor, sync::atomic::Ordering, thread};
@@ -10,7 +11,7 @@ use self::header::{damaged, point_offset, u16_at, u32_at, u64_at};
 use super::{
     Bounds, Format, FormatError,
     guard::{MAX_POINTS_PER_BYTE, check_density, guarded},
-    memory::room_for,
+    sink::{About, Sink},
 };
 use crate::geometry::{LengthUnit, PointCloud, Vec3};
 
@@ -21,66 +22,91 @@ const BATCH_BYTES: usize = 1 << 20;
 
 /// Reads the points in their order.
 pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, FormatError> {
-    let file = without_extended_records(bytes)?;
+    let mut points = Vec::new();
+    Ok(pass(bytes, limits, &mut points)?.cloud(points))
+}
+
+/// Hands the points on in their order.
+pub(super) fn pass(
+    bytes: &[u8],
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<About, FormatError> {
+    let start = point_offset(bytes).filter(|offset| *offset <= bytes.len());
+    let start = start.ok_or_else(|| damaged("the file ends before its points start"))?;
+    let head = without_extended_records(&bytes[..start]);
     // on a stack of its own: the library's recursions are stopped, but not at once
-    let (points, unit) = thread::scope(|scope| {
+    let unit = thread::scope(|scope| {
         let thread = thread::Builder::new().stack_size(laz::STACK);
-        let reading = thread.spawn_scoped(scope, || read_file(file, bytes, limits));
+        let reading = thread.spawn_scoped(scope, || read_file(&head, bytes, limits, sink));
         let reading =
             reading.map_err(|_| FormatError::OutOfMemory { points: most_points(bytes) })?;
         reading.join().unwrap_or_else(|_| Err(damaged("its contents contradict each other")))
     })?;
-    Ok(PointCloud { unit, ..PointCloud::from_points(points) })
+    Ok(About { unit, ..About::default() })
 }
 
-/// Reads `file`, made of `bytes`.
+/// Reads a file that begins with `head`, made of the same part of `bytes`.
 fn read_file(
-    mut file: Vec<u8>,
+    head: &[u8],
     bytes: &[u8],
     limits: &dyn Bounds,
-) -> Result<(Vec<Vec3>, Option<LengthUnit>), FormatError> {
+    sink: &mut dyn Sink,
+) -> Result<Option<LengthUnit>, FormatError> {
     guarded(Format::Las, || -> Result<_, las::Error> {
         // the header alone first: making a reader already reserves what a compressed file announces
-        let header = las::Header::new(Cursor::new(&file))?;
+        let header = las::Header::new(Cursor::new(head))?;
         let unit = unit::unit(&header);
-        let (mut points_end, layers) = match check(&header, bytes, limits) {
+        let (points_end, layers) = match check(&header, bytes, limits) {
             Ok(checked) => checked,
             Err(error) => return Ok(Err(error)),
         };
+        if let Err(error) = sink.expect(header.number_of_points()) {
+            return Ok(Err(error));
+        }
+        if !header.point_format().is_compressed {
+            let records = &bytes[head.len()..];
+            return Ok(records::hand_on(&header, records, limits, sink).map(|()| unit));
+        }
+        let mut file = [head, &bytes[head.len()..]].concat();
+        let mut end_of_points = points_end;
         if let Some(layers) = layers {
-            (file, points_end) = layers.of_coordinates(&file, points_end);
+            (file, end_of_points) = layers.of_coordinates(&file, points_end);
         }
         let (window, end) = laz::Window::new(file);
         let mut reader = las::Reader::new(window)?;
-        end.store(points_end, Ordering::Relaxed);
-        let points = read_points(&mut reader, limits)?;
-        Ok(points.map(|points| (points, unit)))
+        end.store(end_of_points, Ordering::Relaxed);
+        Ok(hand_on(&mut reader, limits, sink)?.map(|()| unit))
     })
 }
 
-fn read_points(
+/// Hands on the points of a compressed file.
+fn hand_on(
     reader: &mut las::Reader,
     limits: &dyn Bounds,
-) -> las::Result<Result<Vec<Vec3>, FormatError>> {
+    sink: &mut dyn Sink,
+) -> las::Result<Result<(), FormatError>> {
     let header = reader.header();
     let (total, record) = (header.number_of_points(), usize::from(header.point_format().len()));
     let batch = (BATCH_BYTES / record.max(1)).max(1) as u64;
-    let mut points = match room_for(total) {
-        Ok(points) => points,
-        Err(error) => return Ok(Err(error)),
-    };
-    while (points.len() as u64) < total {
+    let (mut done, mut points) = (0, Vec::new());
+    while done < total {
         if let Err(error) = limits.go_on() {
             return Ok(Err(error));
         }
-        let read = reader.read_points(batch.min(total - points.len() as u64))?;
+        let read = reader.read_points(batch.min(total - done))?;
         if read.is_empty() {
             break;
         }
+        points.clear();
         let coordinates = read.x().zip(read.y()).zip(read.z());
         points.extend(coordinates.map(|((x, y), z)| Vec3::new(x, y, z)));
+        done += points.len() as u64;
+        if let Err(error) = sink.take(&points) {
+            return Ok(Err(error));
+        }
     }
-    Ok(Ok(points))
+    Ok(Ok(()))
 }
 
 /// Holds what the header announces against the bytes; gives where the points end, and their layers if they
@@ -108,19 +134,21 @@ fn check(
     Ok(checked)
 }
 
-/// A copy of the file that announces no extended variable length records.
+/// A copy of what stands before the points that announces no extended variable length records.
 ///
 /// They hold nothing about the points, and the library reserves whatever length they announce.
-fn without_extended_records(bytes: &[u8]) -> Result<Vec<u8>, FormatError> {
-    if point_offset(bytes).is_none_or(|offset| offset > bytes.len()) {
-        return Err(damaged("the file ends before its points start"));
-    }
-    let mut file = bytes.to_vec();
+fn without_extended_records(head: &[u8]) -> Vec<u8> {
+    let mut copy = head.to_vec();
     // LAS 1.4: start of the first extended record (u64), number of them (u32)
-    if let (Some(4..), Some(announced)) = (bytes.get(25), file.get_mut(235..247)) {
+    if let (Some(4..), Some(announced)) = (head.get(25), copy.get_mut(235..247)) {
         announced.fill(0);
     }
-    Ok(file)
+    copy
+}
+
+/// Whether the header says that its points are compressed.
+pub(super) fn is_compressed(bytes: &[u8]) -> bool {
+    bytes.get(104).is_some_and(|format| format & COMPRESSED != 0)
 }
 
 /// The points that the header announces, as far as the bytes can hold them.
@@ -129,7 +157,7 @@ pub(super) fn most_points(bytes: &[u8]) -> u64 {
     let older = u32_at(bytes, 107).unwrap_or_default();
     let newer = bytes.get(25).filter(|minor| **minor >= 4).and_then(|_| u64_at(bytes, 247));
     let announced = newer.unwrap_or_default().max(older) as u64;
-    let most = if bytes.get(104).is_some_and(|format| format & COMPRESSED != 0) {
+    let most = if is_compressed(bytes) {
         (bytes.len() as u64).saturating_mul(MAX_POINTS_PER_BYTE)
     } else {
         let record = u16_at(bytes, 105).unwrap_or_default().max(1);
@@ -179,13 +207,13 @@ pub(super) mod tests {
         for (format, compressed) in compressed.into_iter().chain([(0, false), (6, false)]) {
             let (bytes, points) = file(format, compressed, 300);
             assert_eq!(Format::detect(&bytes), Some(Format::Las));
-            let cloud = read(&bytes, &Limits { max_points: 300 }).unwrap();
+            let cloud = read(&bytes, &Limits::of(300)).unwrap();
             assert_eq!(cloud.points.len(), 300);
             for (p, q) in cloud.points.iter().zip(&points) {
                 assert!((p - q).amax() < 0.6e-4, "format {format}, compressed {compressed}");
             }
             assert_eq!(
-                read(&bytes, &Limits { max_points: 299 }),
+                read(&bytes, &Limits::of(299)),
                 Err(FormatError::TooManyPoints { points: 300, limit: 299 })
             );
         }

@@ -140,8 +140,14 @@ impl<'a> Entries<'a> {
 
     fn into_header(self, data: Data, body: usize, line: usize) -> Result<Header<'a>, FormatError> {
         let fields = self.fields(line)?;
-        let width = self.width.ok_or_else(|| error(line, "no WIDTH line"))?;
-        let height = self.height.unwrap_or(1);
+        let (width, height) = match (self.width, self.height, self.points) {
+            // files of version 0.5 have their points in one row
+            (None, None, Some((points, _))) => (points, 1),
+            (width, height, _) => {
+                let width = width.ok_or_else(|| error(line, "no WIDTH line above this one"))?;
+                (width, height.unwrap_or(1))
+            }
+        };
         let area = width.checked_mul(height);
         let area = area.ok_or_else(|| error(line, "WIDTH x HEIGHT overflows"))?;
         let points = match self.points {

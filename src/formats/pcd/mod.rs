@@ -9,8 +9,9 @@ use header::{Data, Header};
 
 use super::{
     Bounds, Format, FormatError,
-    memory::{room_for, zeros},
-    scalar::{Column, Endian, Scalar, decode_column, decode_records},
+    memory::zeros,
+    scalar::{Column, Endian, Scalar, decode_column, decode_records, hand_on_records},
+    sink::{About, Singly, Sink},
     text::Words,
 };
 use crate::geometry::{PointCloud, Vec3};
@@ -20,7 +21,11 @@ pub(super) fn read(bytes: &[u8], limits: &dyn Bounds) -> Result<PointCloud, Form
     let header = Header::parse(bytes)?;
     let body = &bytes[header.body..];
     let points = match header.data {
-        Data::Ascii => ascii(bytes, &header, limits)?,
+        Data::Ascii => {
+            let mut points = Vec::new();
+            ascii(bytes, &header, limits, &mut points)?;
+            points
+        }
         Data::Binary => binary(body, &header, limits)?,
         Data::Compressed => compressed(body, &header, limits)?,
     };
@@ -44,14 +49,43 @@ fn checked_count(
     Ok(header.points as usize)
 }
 
+/// Hands on the points of a file that is not compressed; `None` for any other.
+pub(super) fn pass(
+    bytes: &[u8],
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<Option<About>, FormatError> {
+    let header = Header::parse(bytes)?;
+    match header.data {
+        Data::Ascii => ascii(bytes, &header, limits, sink)?,
+        Data::Binary => {
+            let (records, columns) = records(&bytes[header.body..], &header, limits)?;
+            sink.expect(header.points)?;
+            hand_on_records(records, header.stride(), Endian::Little, columns, sink)?;
+        }
+        // its coordinates stand one kind behind the other
+        Data::Compressed => return Ok(None),
+    }
+    Ok(Some(About { grid: header.grid(), ..About::default() }))
+}
+
 fn binary(body: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>, FormatError> {
+    let (records, columns) = records(body, header, limits)?;
+    decode_records(records, header.stride(), Endian::Little, columns)
+}
+
+/// The records of a binary body, and where the coordinates stand in each.
+fn records<'a>(
+    body: &'a [u8],
+    header: &Header,
+    limits: &dyn Bounds,
+) -> Result<(&'a [u8], [Column; 3]), FormatError> {
     let count = checked_count(header, (body.len() / header.stride()) as u64, limits)?;
     let columns = header.coordinates()?.map(|place| {
         let offset = header.fields[..place].iter().map(|f| f.size()).sum();
         Column { scalar: header.fields[place].scalar, offset }
     });
-    let records = &body[..count * header.stride()];
-    decode_records(records, header.stride(), Endian::Little, columns)
+    Ok((&body[..count * header.stride()], columns))
 }
 
 /// One LZF block with all values of the first field, then all of the second, and so on. Nothing but the
@@ -120,6 +154,11 @@ impl Lane {
     }
 }
 
+/// Whether [`pass`] hands the points on.
+pub(super) fn is_handed_on(bytes: &[u8]) -> bool {
+    Header::parse(bytes).is_ok_and(|header| !matches!(header.data, Data::Compressed))
+}
+
 /// The points that the header announces, as far as the bytes can hold them.
 ///
 /// # Errors
@@ -136,7 +175,12 @@ pub(super) fn most_points(bytes: &[u8]) -> Result<u64, FormatError> {
     Ok(header.points.min(most as u64))
 }
 
-fn ascii(bytes: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>, FormatError> {
+fn ascii(
+    bytes: &[u8],
+    header: &Header,
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<(), FormatError> {
     let mut words = Words::new(Format::Pcd, bytes, header.body);
     let per_point: usize = header.fields.iter().map(|f| f.count).sum();
     let available = (words.remaining() as u64).div_ceil(2 * per_point as u64);
@@ -144,19 +188,19 @@ fn ascii(bytes: &[u8], header: &Header, limits: &dyn Bounds) -> Result<Vec<Vec3>
     let places = header
         .coordinates()?
         .map(|place| header.fields[..place].iter().map(|f| f.count).sum::<usize>());
-    let mut points = room_for(count as u64)?;
-    while points.len() < count {
-        limits.check(points.len() as u64 + 1)?;
+    sink.expect(count as u64)?;
+    let mut points = Singly::new(sink, limits);
+    while points.count() < count {
         let mut point = Vec3::zeros();
         for place in 0..per_point {
-            let word = words.next().ok_or_else(|| truncated(header, points.len() as u64))?;
+            let word = words.next().ok_or_else(|| truncated(header, points.count() as u64))?;
             if let Some(axis) = places.iter().position(|&p| p == place) {
                 point[axis] = words.number(word)?;
             }
         }
-        points.push(point);
+        points.push(point)?;
     }
-    Ok(points)
+    points.end()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 use super::*;
 use crate::formats::Limits;
-use crate::geometry::Grid;
+use crate::geometry::{Grid, Vec3};
 
 const HEADER: &str = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n\
     FIELDS _ x intensity y z\nSIZE 1 4 2 8 4\nTYPE U F U F I\nCOUNT 3 1 1 1 1\n\
@@ -86,9 +86,9 @@ fn a_count_beyond_the_bytes_is_refused_before_it_is_believed() {
 #[test]
 fn the_limit_holds_at_the_cap_and_one_above() {
     let file = binary_file();
-    assert!(read(&file, &Limits { max_points: 4 }).is_ok());
+    assert!(read(&file, &Limits::of(4)).is_ok());
     assert_eq!(
-        read(&file, &Limits { max_points: 3 }),
+        read(&file, &Limits::of(3)),
         Err(FormatError::TooManyPoints { points: 4, limit: 3 })
     );
 }
@@ -185,4 +185,18 @@ fn columns_that_end_between_two_steps_are_put_together() {
         assert_eq!(*p, Vec3::new(x, x + 0.25, x + 0.5));
     }
     assert_eq!(cloud.points.len(), points);
+}
+
+#[test]
+fn the_first_files_had_their_points_in_one_row() {
+    let head = "# .PCD v.5 - Point Cloud Data file format\nVERSION .5\nCOLUMNS x y z\nSIZE 4 4 4\nTYPE F F F\n";
+    let text = format!("{head}POINTS 2\nDATA ascii\n1 2 3\n4 5 6\n");
+    let cloud = read(text.as_bytes(), &Limits::default()).unwrap();
+    assert_eq!((cloud.points.len(), cloud.grid), (2, None));
+    assert_eq!(cloud.points[1], Vec3::new(4.0, 5.0, 6.0));
+    for wrong in ["", "HEIGHT 2\nPOINTS 2\n"] {
+        let text = format!("{head}{wrong}DATA ascii\n1 2 3\n4 5 6\n");
+        let told = read(text.as_bytes(), &Limits::default()).unwrap_err().to_string();
+        assert!(told.contains("no WIDTH line"), "{told}");
+    }
 }

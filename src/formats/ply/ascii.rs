@@ -1,4 +1,8 @@
-use super::super::{Bounds, Format, FormatError, memory::room_for, text::Words};
+use super::super::{
+    Bounds, Format, FormatError,
+    sink::{Singly, Sink},
+    text::Words,
+};
 use super::header::{Element, Header, Kind, Vertex};
 use crate::geometry::Vec3;
 
@@ -9,6 +13,19 @@ pub(super) fn read(
     vertex: &Vertex,
     limits: &dyn Bounds,
 ) -> Result<Vec<Vec3>, FormatError> {
+    let mut points = Vec::new();
+    pass(bytes, header, vertex, limits, &mut points)?;
+    Ok(points)
+}
+
+/// Hands the vertices of an ascii body on.
+pub(super) fn pass(
+    bytes: &[u8],
+    header: &Header,
+    vertex: &Vertex,
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<(), FormatError> {
     let mut words = Words::new(Format::Ply, bytes, header.body);
     let element = &header.elements[vertex.element];
     let truncated =
@@ -22,13 +39,13 @@ pub(super) fn read(
         return Err(truncated(available));
     }
     limits.check(element.count)?;
-    let mut points = room_for(element.count)?;
+    sink.expect(element.count)?;
+    let mut points = Singly::new(sink, limits);
     for _ in 0..element.count {
-        limits.check(points.len() as u64 + 1)?;
         let point = record(&mut words, element, vertex.coordinates)?;
-        points.push(point.ok_or_else(|| truncated(points.len() as u64))?);
+        points.push(point.ok_or_else(|| truncated(points.count() as u64))?)?;
     }
-    Ok(points)
+    points.end()
 }
 
 fn record(

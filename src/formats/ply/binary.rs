@@ -1,7 +1,8 @@
 use super::super::{
     Bounds, Format, FormatError,
     memory::room_for,
-    scalar::{Column, Endian, Scalar, decode_records},
+    scalar::{Column, Endian, Scalar, decode_records, hand_on_records},
+    sink::Sink,
 };
 use super::header::{Element, Header, Kind, Vertex};
 use crate::geometry::Vec3;
@@ -14,29 +15,65 @@ pub(super) fn read(
     endian: Endian,
     limits: &dyn Bounds,
 ) -> Result<Vec<Vec3>, FormatError> {
-    let mut body = Body::new(&bytes[header.body..], endian);
     let element = &header.elements[vertex.element];
-    for other in &header.elements[..vertex.element] {
-        body.skip(other).ok_or_else(|| truncated(element.count, 0))?;
-    }
+    let mut body = body(bytes, header, vertex, endian)?;
     match element.stride() {
-        Some(stride) => fixed(&body, element, vertex, stride, limits),
+        Some(stride) => {
+            let Records { bytes, stride, columns } = fixed(&body, element, vertex, stride, limits)?;
+            decode_records(bytes, stride, endian, columns)
+        }
         None => varying(&mut body, element, vertex, limits),
     }
+}
+
+/// Hands on the vertices of a binary body, in records of this length.
+pub(super) fn pass(
+    bytes: &[u8],
+    header: &Header,
+    vertex: &Vertex,
+    (endian, stride): (Endian, usize),
+    (limits, sink): (&dyn Bounds, &mut dyn Sink),
+) -> Result<(), FormatError> {
+    let element = &header.elements[vertex.element];
+    let body = body(bytes, header, vertex, endian)?;
+    let Records { bytes, stride, columns } = fixed(&body, element, vertex, stride, limits)?;
+    sink.expect(element.count)?;
+    hand_on_records(bytes, stride, endian, columns, sink)
+}
+
+/// The body from the vertices on.
+fn body<'a>(
+    bytes: &'a [u8],
+    header: &Header,
+    vertex: &Vertex,
+    endian: Endian,
+) -> Result<Body<'a>, FormatError> {
+    let mut body = Body::new(&bytes[header.body..], endian);
+    let count = header.elements[vertex.element].count;
+    for other in &header.elements[..vertex.element] {
+        body.skip(other).ok_or_else(|| truncated(count, 0))?;
+    }
+    Ok(body)
 }
 
 fn truncated(announced: u64, found: u64) -> FormatError {
     FormatError::Truncated { format: Format::Ply, announced, found }
 }
 
-/// Records of one length.
-fn fixed(
-    body: &Body,
+/// Records of one length, and where the coordinates stand in each.
+struct Records<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    columns: [Column; 3],
+}
+
+fn fixed<'a>(
+    body: &Body<'a>,
     element: &Element,
     vertex: &Vertex,
     stride: usize,
     limits: &dyn Bounds,
-) -> Result<Vec<Vec3>, FormatError> {
+) -> Result<Records<'a>, FormatError> {
     let available = (body.rest.len() / stride) as u64;
     if element.count > available {
         return Err(truncated(element.count, available));
@@ -44,7 +81,7 @@ fn fixed(
     limits.check(element.count)?;
     let columns = vertex.coordinates.map(|place| column(element, place));
     let records = &body.rest[..element.count as usize * stride];
-    decode_records(records, stride, body.endian, columns)
+    Ok(Records { bytes: records, stride, columns })
 }
 
 /// The column of the scalar property at `place` of an element without lists.

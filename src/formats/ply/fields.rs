@@ -22,7 +22,17 @@ pub struct Fields {
 impl Fields {
     /// Those of a PLY file; none of anything else, and none where a vertex holds lists.
     pub fn of(bytes: &[u8]) -> Self {
-        Self::read(bytes).unwrap_or_default()
+        Self::read(bytes, None).unwrap_or_default()
+    }
+
+    /// Those of some vertices: the places of these in ascending order, or `None` for all.
+    pub fn of_some(bytes: &[u8], places: Option<&[u32]>) -> Self {
+        Self::read(bytes, places).unwrap_or_default()
+    }
+
+    /// Whether those of any vertices can be found without a look at the others.
+    pub fn are_in_place(bytes: &[u8]) -> bool {
+        Header::parse(bytes).is_ok_and(|header| matches!(header.encoding, Encoding::Binary(_)))
     }
 
     /// Whether a PLY file's header names labels or normals: only then are its columns worth reading for them.
@@ -35,7 +45,7 @@ impl Fields {
         Header::parse(bytes).ok().and_then(|header| names(&header)).unwrap_or(false)
     }
 
-    fn read(bytes: &[u8]) -> Option<Self> {
+    fn read(bytes: &[u8], places: Option<&[u32]>) -> Option<Self> {
         let header = Header::parse(bytes).ok()?;
         let vertex = header.vertex().ok()?;
         let element = &header.elements[vertex.element];
@@ -63,18 +73,29 @@ impl Fields {
                 let from = header.body + skipped.sum::<Option<usize>>()?;
                 let whole: usize = scalars.iter().map(|s| s.0.size()).sum();
                 let records = bytes.get(from..from.checked_add(count.checked_mul(whole)?)?)?;
-                fields.records.reserve_exact(count * stride);
-                records.chunks(whole).for_each(|r| fields.push(r, &scalars, endian));
+                let record = |k: usize| records.get(k * whole..(k + 1) * whole);
+                fields.records.reserve_exact(places.map_or(count, <[u32]>::len) * stride);
+                match places {
+                    None => records.chunks(whole).for_each(|r| fields.push(r, &scalars, endian)),
+                    Some(places) => places.iter().try_for_each(|&k| {
+                        fields.push(record(k as usize)?, &scalars, endian);
+                        Some(())
+                    })?,
+                }
             }
             Encoding::Ascii => {
                 let mut words = Words::new(Format::Ply, bytes, header.body);
                 for other in before {
                     ascii::skip(&mut words, other).ok()??;
                 }
-                for _ in 0..count {
+                let mut places = places.map(|places| places.iter().peekable());
+                for k in 0..count {
+                    let next =
+                        places.as_mut().map(|places| places.next_if(|&&at| at as usize == k));
+                    let is_wanted = next.is_none_or(|next| next.is_some());
                     for (scalar, kept) in &scalars {
                         let word = words.next()?;
-                        if *kept {
+                        if *kept && is_wanted {
                             scalar.write(words.number(word).ok()?, &mut fields.records);
                         }
                     }

@@ -10,11 +10,13 @@ mod fields;
 mod header;
 
 pub use fields::Fields;
-use header::{Encoding, Header};
+use header::{Encoding, Header, Vertex};
 
 use super::{
     Bounds, FormatError,
     mesh::{self, MeshWay, Meshes},
+    scalar::Endian,
+    sink::{About, Sink},
 };
 use crate::geometry::PointCloud;
 
@@ -41,6 +43,53 @@ pub(super) fn read(
     let cloud = mesh::cloud(points, &faces, how, limits)?;
     // samples lie on no grid
     Ok(PointCloud { grid: grid.filter(|_| cloud.mesh.is_none()), ..cloud })
+}
+
+/// Hands on the vertices of a file that is read for them alone, in records of one length; `None` for any other.
+pub(super) fn pass(
+    bytes: &[u8],
+    how: &Meshes,
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<Option<About>, FormatError> {
+    let header = Header::parse(bytes)?;
+    let vertex = header.vertex()?;
+    match body(&header, &vertex, how) {
+        Some(Body::Ascii) => ascii::pass(bytes, &header, &vertex, limits, sink)?,
+        Some(Body::Binary(endian, stride)) => {
+            binary::pass(bytes, &header, &vertex, (endian, stride), (limits, sink))?;
+        }
+        None => return Ok(None),
+    }
+    let count = header.elements[vertex.element].count;
+    Ok(Some(About { grid: header.grid(count as usize), ..About::default() }))
+}
+
+/// A body that can be gone through.
+enum Body {
+    Ascii,
+    /// The byte order and the length of the vertices' records.
+    Binary(Endian, usize),
+}
+
+/// How the vertices are gone through, where no faces matter and records have one length.
+fn body(header: &Header, vertex: &Vertex, how: &Meshes) -> Option<Body> {
+    let has_faces = match how.way {
+        MeshWay::Vertices => false,
+        MeshWay::Faces => true,
+        MeshWay::Auto => faces::element(header).is_some(),
+    };
+    let body = match header.encoding {
+        Encoding::Ascii => Body::Ascii,
+        Encoding::Binary(endian) => Body::Binary(endian, header.elements[vertex.element].stride()?),
+    };
+    (!has_faces).then_some(body)
+}
+
+/// Whether [`pass`] hands the points on.
+pub(super) fn is_handed_on(bytes: &[u8], how: &Meshes) -> bool {
+    let told = |header: &Header| Some(body(header, &header.vertex().ok()?, how).is_some());
+    Header::parse(bytes).ok().and_then(|header| told(&header)).unwrap_or(false)
 }
 
 /// Whether the header announces faces.

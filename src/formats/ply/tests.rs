@@ -121,7 +121,7 @@ fn an_empty_element_of_any_count_takes_no_time() {
 #[test]
 fn the_limit_holds_at_the_cap_and_one_above() {
     let text = |n: usize| ascii(&format!("element vertex {n}\n{XYZ}"), &"1 2 3\n".repeat(n));
-    let limits = Limits { max_points: 3 };
+    let limits = Limits::of(3);
     assert!(read(&text(3), &Meshes::default(), &limits).is_ok());
     assert_eq!(
         read(&text(4), &Meshes::default(), &limits),

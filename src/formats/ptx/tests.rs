@@ -134,7 +134,7 @@ fn what_is_missing_or_no_number_is_named_with_its_line() {
     // a point more than announced stands where the next scan should begin
     let more = format!("{whole}1 2 3 0.5\n");
     assert!(matches!(told(&more).unwrap_err(), FormatError::Header { line: 17, .. }));
-    let limited = |max_points| read_any(whole.as_bytes(), None, &Limits { max_points });
+    let limited = |max_points| read_any(whole.as_bytes(), None, &Limits::of(max_points));
     assert!(limited(6).is_ok());
     assert_eq!(limited(5), Err(FormatError::TooManyPoints { points: 6, limit: 5 }));
 }

@@ -1,5 +1,7 @@
 use std::io::{self, Write};
 
+use super::labelled::Labelled;
+
 /// Writes labels as a NumPy array (NPY 1.0): one dimension, little-endian int32.
 ///
 /// `numpy.load` reads it back; labels stand in input order, -1 = unassigned.
@@ -17,9 +19,12 @@ pub fn write_labels_npy(out: &mut impl Write, labels: &[i32]) -> io::Result<()> 
 ///
 /// # Errors
 /// `out` fails.
-pub fn write_deviations_npy(out: &mut impl Write, deviations: &[f64]) -> io::Result<()> {
-    write_head(out, "<f8", deviations.len())?;
-    write_numbers(out, deviations, |deviation| deviation.to_le_bytes())
+pub fn write_deviations_npy(out: &mut (impl Write + Send), labelled: &Labelled) -> io::Result<()> {
+    write_head(out, "<f8", labelled.count)?;
+    labelled.each(|_, known| {
+        let deviations: Vec<f64> = known.iter().map(|known| known.deviation).collect();
+        write_numbers(out, &deviations, |deviation| deviation.to_le_bytes())
+    })
 }
 
 fn write_head(out: &mut impl Write, kind: &str, count: usize) -> io::Result<()> {
@@ -52,6 +57,8 @@ fn write_numbers<T: Copy, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::Fields;
+    use crate::geometry::{PointCloud, Vec3};
 
     #[test]
     fn the_header_is_what_numpy_reads() {
@@ -69,7 +76,16 @@ mod tests {
     #[test]
     fn deviations_are_doubles() {
         let mut bytes = Vec::new();
-        write_deviations_npy(&mut bytes, &[0.5, f64::NAN]).unwrap();
+        let cloud = PointCloud::from_points(vec![Vec3::zeros(); 2]);
+        let labelled = Labelled {
+            points: &cloud,
+            count: 2,
+            grid: None,
+            labels: &[0, -1],
+            deviation: &|label, _| if label < 0 { f64::NAN } else { 0.5 },
+            fields: &Fields::default(),
+        };
+        write_deviations_npy(&mut bytes, &labelled).unwrap();
         let head = String::from_utf8_lossy(&bytes[10..64]).into_owned();
         assert!(head.contains("'descr': '<f8'") && head.contains("(2,)"), "{head}");
         assert_eq!(bytes[bytes.len() - 16..bytes.len() - 8], 0.5f64.to_le_bytes());

@@ -1,21 +1,10 @@
 use std::io::{self, Write};
 
-use super::palette::region_color;
-use crate::formats::Fields;
-use crate::geometry::{PointCloud, Vec3};
-
-/// A cloud and what is known about each of its points.
-#[derive(Clone, Copy, Debug)]
-pub struct Labelled<'a> {
-    /// The points.
-    pub cloud: &'a PointCloud,
-    /// One label for each input point, in input order.
-    pub labels: &'a [i32],
-    /// The signed distance of each from its own surface, in the same order; NaN where it has none.
-    pub deviations: &'a [f64],
-    /// The file's own columns.
-    pub fields: &'a Fields,
-}
+use super::{
+    labelled::{Known, Labelled},
+    palette::region_color,
+};
+use crate::geometry::Vec3;
 
 /// What is written for every vertex, before the file's own columns.
 const OWN: [(&str, &str); 8] = [
@@ -28,8 +17,6 @@ const OWN: [(&str, &str); 8] = [
     ("label", "int"),
     ("deviation", "double"),
 ];
-/// Its bytes.
-const VERTEX: usize = 39;
 
 /// Writes a cloud as binary little-endian PLY: x, y, z (double), red, green, blue (uchar), label (int), deviation
 /// (double), then the columns that the file had itself; of those with such a name, the name begins with `input_`.
@@ -38,9 +25,8 @@ const VERTEX: usize = 39;
 ///
 /// # Errors
 /// `out` fails.
-pub fn write_labelled_ply(out: &mut impl Write, labelled: &Labelled) -> io::Result<()> {
-    let cloud = labelled.cloud;
-    let grid = cloud
+pub fn write_labelled_ply(out: &mut (impl Write + Send), labelled: &Labelled) -> io::Result<()> {
+    let grid = labelled
         .grid
         .map(|g| format!("obj_info num_cols {}\nobj_info num_rows {}\n", g.width, g.height));
     write!(
@@ -48,7 +34,7 @@ pub fn write_labelled_ply(out: &mut impl Write, labelled: &Labelled) -> io::Resu
         "ply\nformat binary_little_endian 1.0\ncomment conicoid: label = region id, -1 = unassigned\n\
          comment conicoid: deviation = signed distance from the own surface\n{}element vertex {}\n",
         grid.unwrap_or_default(),
-        cloud.input_len
+        labelled.count
     )?;
     for (name, kind) in OWN {
         writeln!(out, "property {kind} {name}")?;
@@ -61,42 +47,35 @@ pub fn write_labelled_ply(out: &mut impl Write, labelled: &Labelled) -> io::Resu
     write_vertices(out, labelled)
 }
 
-fn write_vertices(out: &mut impl Write, labelled: &Labelled) -> io::Result<()> {
-    const BLOCK: usize = 2048;
-    let Labelled { cloud, labels, deviations, fields } = labelled;
-    let whole = VERTEX + fields.stride;
-    let mut buffer = Vec::with_capacity(BLOCK * whole);
+fn write_vertices(out: &mut (impl Write + Send), labelled: &Labelled) -> io::Result<()> {
+    let fields = labelled.fields;
     // the label -1 comes first
-    let last = labels.iter().copied().max().unwrap_or(-1);
+    let last = labelled.labels.iter().copied().max().unwrap_or(-1);
     let colors: Vec<[u8; 3]> = (-1..=last).map(region_color).collect();
-    let mut stored = 0;
-    for i in 0..cloud.input_len {
-        let is_stored = match &cloud.input_index {
-            Some(index) => index.get(stored).is_some_and(|&at| at as usize == i),
-            None => true,
+    let mut buffer = Vec::new();
+    labelled.each(|first, known| {
+        buffer.clear();
+        let read = labelled.points.records(first, known.len());
+        let (records, before) = match &read {
+            Some(records) => (records, 0),
+            None => (&fields.records, first),
         };
-        let point = cloud.points.get(stored).filter(|_| is_stored);
-        stored += usize::from(is_stored);
-        let label = labels.get(i).copied().unwrap_or(-1);
-        let color = usize::try_from(label + 1).ok().and_then(|at| colors.get(at));
-        push_vertex(&mut buffer, point, color.copied().unwrap_or(region_color(-1)), label);
-        buffer.extend(deviations.get(i).copied().unwrap_or(f64::NAN).to_le_bytes());
-        let from = i * fields.stride;
-        match fields.records.get(from..from + fields.stride) {
-            Some(own) => buffer.extend_from_slice(own),
-            None => buffer.resize(buffer.len() + fields.stride, 0),
+        for (k, Known { point, label, deviation }) in known.iter().enumerate() {
+            let color = usize::try_from(label + 1).ok().and_then(|at| colors.get(at));
+            push_vertex(&mut buffer, point, color.copied().unwrap_or(region_color(-1)), *label);
+            buffer.extend(deviation.to_le_bytes());
+            let from = (before + k) * fields.stride;
+            match records.get(from..from + fields.stride) {
+                Some(own) => buffer.extend_from_slice(own),
+                None => buffer.resize(buffer.len() + fields.stride, 0),
+            }
         }
-        if buffer.len() >= BLOCK * whole {
-            out.write_all(&buffer)?;
-            buffer.clear();
-        }
-    }
-    out.write_all(&buffer)
+        out.write_all(&buffer)
+    })
 }
 
-fn push_vertex(buffer: &mut Vec<u8>, point: Option<&Vec3>, color: [u8; 3], label: i32) {
-    let point = point.copied().unwrap_or(Vec3::repeat(f64::NAN));
-    for coordinate in &point {
+fn push_vertex(buffer: &mut Vec<u8>, point: &Vec3, color: [u8; 3], label: i32) {
+    for coordinate in point {
         buffer.extend_from_slice(&coordinate.to_le_bytes());
     }
     buffer.extend_from_slice(&color);
@@ -106,7 +85,8 @@ fn push_vertex(buffer: &mut Vec<u8>, point: Option<&Vec3>, color: [u8; 3], label
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{Limits, read};
+    use crate::formats::{Fields, Limits, read};
+    use crate::geometry::PointCloud;
 
     #[test]
     fn what_is_written_is_read_back_with_its_holes() {
@@ -120,9 +100,17 @@ mod tests {
             stride: 3,
             records: (0..12).collect(),
         };
-        let (labels, deviations) = ([0, -1, 7, -1], [0.5, f64::NAN, -0.25, f64::NAN]);
-        let labelled =
-            Labelled { cloud: &cloud, labels: &labels, deviations: &deviations, fields: &fields };
+        let labels = [0, -1, 7, -1];
+        let labelled = Labelled {
+            points: &cloud,
+            count: 4,
+            grid: cloud.grid,
+            labels: &labels,
+            deviation: &|label, _| {
+                if label < 0 { f64::NAN } else { 0.5 - f64::from(label) * 0.75 / 7.0 }
+            },
+            fields: &fields,
+        };
         write_labelled_ply(&mut bytes, &labelled).unwrap();
         assert_eq!(read(&bytes, None, &Limits::default()).unwrap(), cloud);
         let vertex = |i: usize| bytes[bytes.len() - 42 * i..][..42].to_vec();

@@ -24,7 +24,12 @@ use layout::Layout;
 use running::Running;
 
 use super::{
-    Bounds, Format, FormatError, Hints, error::excerpt, line::Pace, memory::room_for, odd, text,
+    Bounds, Format, FormatError, Hints,
+    error::excerpt,
+    line::Pace,
+    odd,
+    sink::{About, Singly, Sink},
+    text,
 };
 use crate::geometry::{PointCloud, Vec3};
 
@@ -35,10 +40,22 @@ pub(super) fn read(
     hints: &Hints,
     limits: &dyn Bounds,
 ) -> Result<PointCloud, FormatError> {
+    let mut points = Vec::new();
+    Ok(pass(bytes, hints, limits, &mut points)?.cloud(points))
+}
+
+/// Hands the points on, as [`read`] finds them.
+pub(super) fn pass(
+    bytes: &[u8],
+    hints: &Hints,
+    limits: &dyn Bounds,
+    sink: &mut dyn Sink,
+) -> Result<About, FormatError> {
     let bytes = text::without_end_mark(text::without_bom(bytes));
     let layout = Layout::of(bytes, hints, limits)?;
     let mut block = Block { announced: layout.announced, begin: 0 };
-    let mut points = room_for(text::line_count(bytes).min(limits.most()))?;
+    sink.expect(text::line_count(bytes).min(limits.most()))?;
+    let mut points = Singly::new(sink, limits);
     let mut running = Running::default();
     let mut pace = Pace::new(limits);
     for (number, line) in (1 + hints.skip_lines..).zip(text::lines(bytes)) {
@@ -50,7 +67,7 @@ pub(super) fn read(
         line::check(layout.dialect, line, number)?;
         let point = match layout.point(line, number) {
             Err(FormatError::TooFewColumns { .. })
-                if block.next(points.len(), &layout, trimmed) =>
+                if block.next(points.count(), &layout, trimmed) =>
             {
                 running = Running::default();
                 continue;
@@ -60,11 +77,11 @@ pub(super) fn read(
         if layout.first == First::Running {
             running.check(layout.dialect, line, number)?;
         }
-        limits.check(points.len() as u64 + 1)?;
-        points.push(point);
+        points.push(point)?;
     }
-    block.check_end(points.len())?;
-    Ok(PointCloud { unit: layout.unit, ..PointCloud::from_points(points) })
+    block.check_end(points.count())?;
+    points.end()?;
+    Ok(About { unit: layout.unit, ..About::default() })
 }
 
 /// Points whose number is announced before them.

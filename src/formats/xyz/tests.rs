@@ -248,7 +248,7 @@ fn errors_name_the_line() {
         FormatError::TooFewColumns { format, line, found: 2, needed: 3 }
     );
     let limited =
-        |max_points| read(b"1 2 3\n4 5 6\n7 8 9", &Hints::default(), &Limits { max_points });
+        |max_points| read(b"1 2 3\n4 5 6\n7 8 9", &Hints::default(), &Limits::of(max_points));
     assert_eq!(limited(2), Err(FormatError::TooManyPoints { points: 3, limit: 2 }));
     assert!(limited(3).is_ok());
 }

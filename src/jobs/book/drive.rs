@@ -10,13 +10,15 @@ use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, watch};
 use uuid::Uuid;
 
 use super::{Book, blocking};
-use crate::jobs::{BytesHeld, Ending, Job, JobRecord, Place, Stop, Store, StoreError, trace};
+use crate::jobs::{
+    BytesHeld, Ending, Job, JobRecord, Parts, Place, Stop, Store, StoreError, trace,
+};
 
 /// Pause after the first failure of the store; each further one doubles it.
 const FIRST_PAUSE: Duration = Duration::from_millis(if cfg!(test) { 1 } else { 100 });
 /// Longest pause between two tries.
 const LONGEST_PAUSE: Duration = Duration::from_millis(if cfg!(test) { 4 } else { 2000 });
-/// Tries of a store that fails; a full disk is waited for as long as it takes.
+/// Tries of a store that fails; a full disk, and servers that are away, are waited for as long as it takes.
 const TRIES: u32 = 6;
 
 /// What became of a job's turn.
@@ -40,9 +42,8 @@ struct Patience {
 impl Patience {
     /// Waits before the next try; `false` at once where there is to be none.
     async fn wait(&mut self, error: &StoreError) -> bool {
-        let full = matches!(error, StoreError::Full(_));
         self.tries += 1;
-        if !error.may_pass() || (!full && self.tries >= TRIES) {
+        if !error.may_pass() || (!error.is_waited_for() && self.tries >= TRIES) {
             return false;
         }
         let pause = FIRST_PAUSE * 2_u32.pow(self.tries.min(10) - 1);
@@ -95,6 +96,15 @@ enum Presence {
     Alone(OwnedRwLockWriteGuard<()>),
 }
 
+/// What the work on a job is told under.
+pub(super) fn scope(job: &Job) -> trace::Scope {
+    let id = job.peek(|record| record.id);
+    let log = tracing::info_span!(parent: None, "job", job_id = %id);
+    let span = trace::job(&log);
+    trace::set(&span, "conicoid.job.id", id.to_string());
+    trace::Scope::of_job(log, span)
+}
+
 impl Book {
     /// Waits until the job may run beside the others, or alone where a process ended while it ran:
     /// should that happen again, it was this job and none of its neighbours.
@@ -110,11 +120,7 @@ impl Book {
     /// Lets `work` on a job be done in a task and a trace of its own, which names the request it came
     /// by.
     pub(super) fn spawn(&self, job: &Job, work: impl Future<Output = ()> + Send + 'static) {
-        let id = job.record().id;
-        let log = tracing::info_span!(parent: None, "job", job_id = %id);
-        let span = trace::job(&log);
-        trace::set(&span, "conicoid.job.id", id.to_string());
-        self.tasks.spawn(trace::Scope::of_job(log, span).cover(work));
+        self.tasks.spawn(scope(job).cover(work));
     }
 
     /// Keeps a new job, tells those who wait for that, and sees the job through.
@@ -209,6 +215,10 @@ impl Book {
         }
         let _noted = match Noted::new(&*self.store, &record) {
             Ok(noted) => noted,
+            Err(StoreError::Ended(other)) => {
+                job.follow(other.as_deref());
+                return Ran::Before;
+            }
             Err(error) => return Ran::Unread(error),
         };
         let input = match self.store.input(record.id) {
@@ -220,7 +230,12 @@ impl Book {
             return Ran::Before;
         }
         job.control().set_deadline(Instant::now() + self.runner.time_for(&record));
-        Ran::Ended(match self.runner.run(&record, &input, job.control()) {
+        let parts = self
+            .shared
+            .as_ref()
+            .map(|shared| shared.nats().parts(record.id, self.config.max_crashes));
+        let parts = parts.as_ref().map(|parts| parts as &dyn Parts);
+        Ran::Ended(match self.runner.run(&record, input, job.control(), parts) {
             Ok(result) => Ending::Succeeded(result),
             Err(_) if job.control().stop() == Some(Stop::Cancelled) => Ending::Cancelled,
             Err(fault) => Ending::Failed(fault),

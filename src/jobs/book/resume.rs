@@ -5,27 +5,26 @@ use std::sync::{Arc, Mutex};
 use tokio::sync::watch;
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
-use super::{Book, BookConfig, Runner};
-use crate::jobs::{Ending, Job, Pool, PoolError, Store, StoreError, register::Register};
-
-/// A job that so many processes ended on is not run again. The first time another job beside it may have
-/// been the cause, the second, alone, chance: a machine short of memory, a loss of power. The third is
-/// the job's.
-pub(super) const MOST_CRASHES: u32 = 3;
+use super::{Book, BookConfig, Keeping, Runner, Shared};
+use crate::jobs::{Ending, Job, Nats, Pool, PoolError, Store, StoreError, register::Register};
 
 impl Book {
-    /// The jobs of `store`; those that had not ended are queued again. Must be called within a tokio
-    /// runtime.
+    /// The jobs that are kept; those of a store of this process that had not ended are queued again.
     ///
     /// # Errors
     /// The store fails.
-    pub fn open(
+    pub async fn open(
         config: BookConfig,
         pool: Arc<Pool>,
-        store: Arc<dyn Store>,
+        keeping: Keeping,
         runner: Arc<dyn Runner>,
     ) -> Result<Arc<Self>, StoreError> {
-        let records = store.records()?;
+        let (store, shared): (Arc<dyn Store>, _) = match keeping {
+            Keeping::Own(store) => (store, None),
+            Keeping::Shared(nats) => (Arc::<Nats>::clone(&nats), Some(Shared::new(nats))),
+        };
+        // those that are shared are told one by one
+        let records = if shared.is_none() { store.records()? } else { Vec::new() };
         let mut register = Register::default();
         let mut unfinished = Vec::new();
         for record in records {
@@ -45,6 +44,7 @@ impl Book {
             config,
             pool,
             store,
+            shared,
             runner,
             jobs,
             tasks,
@@ -53,7 +53,10 @@ impl Book {
             unwritten,
             company,
         });
-        book.resume(unfinished);
+        match &book.shared {
+            Some(shared) => book.follow(shared).await?,
+            None => book.resume(unfinished),
+        }
         Ok(book)
     }
 
@@ -72,10 +75,8 @@ impl Book {
                 continue;
             }
             let id = job.record().id;
-            if crashes >= MOST_CRASHES {
-                tracing::error!(job_id = %id, crashes, "a job is not run again: the process ended on it");
-                let fault = self.runner.fault(&PoolError::Crashed { times: crashes });
-                self.spawn(&job, async move { book.see_ended(&own, Ending::Failed(fault)).await });
+            if crashes >= self.config.max_crashes {
+                self.spawn(&job, async move { book.refuse(&own, crashes).await });
                 continue;
             }
             tracing::warn!(job_id = %id, crashes, "the process ended while a job ran: it runs again, alone");
@@ -87,5 +88,13 @@ impl Book {
             };
             self.spawn(&job, before.track_future(turn));
         }
+    }
+
+    /// Fails a job that has ended too many processes.
+    pub(super) async fn refuse(self: &Arc<Self>, job: &Arc<Job>, crashes: u32) {
+        let id = job.peek(|record| record.id);
+        tracing::error!(job_id = %id, crashes, "a job is not run again: processes ended on it");
+        let fault = self.runner.fault(&PoolError::Crashed { times: crashes });
+        self.see_ended(job, Ending::Failed(fault)).await;
     }
 }

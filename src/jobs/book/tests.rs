@@ -3,6 +3,8 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
+use futures::FutureExt;
+
 use super::*;
 use crate::jobs::{ByteBudget, IdempotencyKey, JobState, MemoryStore, PoolConfig};
 
@@ -139,14 +141,29 @@ impl Store for Moody {
 struct Lengths;
 
 impl Runner for Lengths {
-    fn run(&self, _record: &JobRecord, input: &[u8], control: &Control) -> Outcome {
-        while input == b"wait" && control.stop().is_none() {
+    fn run(
+        &self,
+        _record: &JobRecord,
+        input: Bytes,
+        control: &Control,
+        _parts: Option<&dyn Parts>,
+    ) -> Outcome {
+        while input == "wait" && control.stop().is_none() {
             std::thread::sleep(Duration::from_millis(1));
         }
         match control.stop() {
             Some(stop) => Err(Fault { code: format!("{stop:?}"), detail: String::new() }),
             None => Ok(input.len().to_string().into()),
         }
+    }
+
+    fn run_part(
+        &self,
+        _guide: &[u8],
+        part: &[u8],
+        _is_over: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Bytes, String> {
+        Ok(part.len().to_string().into())
     }
 
     fn time_for(&self, _record: &JobRecord) -> Duration {
@@ -172,12 +189,16 @@ const CONFIG: BookConfig = BookConfig {
     result_ttl: Duration::from_secs(3600),
     result_bytes: 1 << 20,
     key_share: KeyShare::ALL,
+    max_crashes: 3,
 };
 
 fn book(store: &Arc<Moody>) -> Arc<Book> {
     let pool =
         Pool::new(PoolConfig { threads: 1, queue: 4, small_points: 100 }, KeyShare::ALL).unwrap();
-    Book::open(CONFIG, Arc::new(pool), Arc::<Moody>::clone(store), Arc::new(Lengths)).unwrap()
+    let keeping = Keeping::Own(Arc::<Moody>::clone(store));
+    // nothing of a store of this process is waited for
+    let opened = Book::open(CONFIG, Arc::new(pool), keeping, Arc::new(Lengths)).now_or_never();
+    opened.unwrap().unwrap()
 }
 
 fn bench() -> Bench {

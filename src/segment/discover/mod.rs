@@ -24,6 +24,8 @@ use crate::segment::{Cancelled, Monitor, Parameters, Stage};
 constants! {
     /// Points that must confirm that residuals go together: a coarse sample of many narrow faces looks like that too.
     CONFIRMED: usize = 50_000, Effort("points of the second sample");
+    /// Share of what is left that surfaces must explain for it to be no rougher ones.
+    MISSED: f64 = 0.7, Trial(0.5, 0.9);
     /// Rounds over what is still without a surface.
     PASSES: usize = 3, Effort("passes");
 }
@@ -47,9 +49,7 @@ pub fn discover(
     let mut left = Left::of(scene.len());
     let (mut suspected, mut seen, mut pass) = (false, false, 0);
     while pass < PASSES.get() {
-        // What is left beside surfaces with less noise than others is these others.
-        let last = pass > 0 && model.rougher && families.common == 0.0;
-        if last || left.look(&model.labels) < families.policy.least {
+        if left.look(&model.labels) < families.policy.least {
             break;
         }
         let seed = parameters.seed ^ pass as u64;
@@ -64,6 +64,9 @@ pub fn discover(
             left.chosen(scene, families, seed, &mut model, monitor)?
         };
         if chosen.is_empty() || model.thin.is_some() {
+            break;
+        }
+        if pass > 0 && model.rougher && families.common == 0.0 && is_rough(&labels) {
             break;
         }
         left.open.iter().zip(labels).for_each(|(&i, l)| model.labels[i as usize] = l);
@@ -93,6 +96,13 @@ pub fn discover(
         model.spurious = spurious(scene, families, &model);
     }
     Ok(model)
+}
+
+/// Whether what surfaces with less noise than others leave, here with its first labels, is these others: else growth had only
+/// missed it.
+fn is_rough(labels: &[i32]) -> bool {
+    let explained = labels.iter().filter(|l| **l >= 0).count() as f64;
+    explained < MISSED.get() * labels.len() as f64
 }
 
 /// The regions that are no surfaces: growth from elsewhere in them ends elsewhere. They keep their points from flowing to

@@ -6,7 +6,7 @@ pub mod starts;
 use crate::fit::constant::constants;
 use crate::fit::least_squares::{Fitted, Options, fit_below};
 use crate::fit::{Family, Ruler, Shape};
-use crate::geometry::Vec3;
+use crate::geometry::{Mat3, Vec3};
 use crate::segment::Parameters;
 use crate::segment::objective::{CHANCE, ENOUGH, unassigned};
 use crate::segment::prepare::candidates::K;
@@ -19,6 +19,12 @@ constants! {
     LEAST_TORUS: f64 = 0.02, Trial(0.02, 0.02);
     /// Least radius in sigmas: what bends more is as thick as the noise.
     LEAST_RADIUS: f64 = 6.0, Derived("the noise of both its sides, three sigmas each, meets in the middle");
+    /// Ratio of semi-axes up to which an ellipse is as thick as its least radius says.
+    LONG: f64 = 3.0, Effort("looks at points");
+    /// Sigmas between two walls up to which they are one.
+    ONE_WALL: f64 = 2.0, Derived("two equal normal densities have one mode between them up to two sigmas apart");
+    /// Points at which it is looked how thick an ellipse is.
+    LOOK: usize = 64, Effort("points looked at");
     /// Least half angle of a cone, in radians: below that a cylinder is meant.
     LEAST_ANGLE: f64 = 1e-4, Trial(0.0001, 0.0001);
     /// Cauchy's constant of fits while surfaces are looked for, in sigmas: 2.385 has an efficiency of 95 % on normal noise.
@@ -101,13 +107,38 @@ impl Families {
         (n as f64 / self.repeats()) as usize
     }
 
-    /// Whether a shape is too small, too large or too flat to mean anything at this noise.
-    pub fn degenerate(&self, s: &Shape) -> bool {
+    /// Whether a shape is too small, too large or too flat to mean anything at this noise, or encloses next to nothing
+    /// where the `points` lie.
+    pub fn degenerate(&self, s: &Shape, points: &[Vec3]) -> bool {
         s.min_radius() < LEAST_RADIUS.get() * self.sigma
             || s.max_radius() > self.max_radius
             || (s.family == Family::Cone && s.size[1].abs() < LEAST_ANGLE.get())
             || (s.family == Family::Torus
                 && s.size[0] < (LEAST_RADIUS.get() * self.sigma).max(LEAST_TORUS.get() * s.size[1]))
+            || self.hollow(s, points)
+    }
+
+    /// Whether the two walls of an ellipse are as near to each other as their noise at most of the points. One of them is
+    /// always nearer to a point than a single surface between them, most of all where the noise grows along it.
+    fn hollow(&self, s: &Shape, points: &[Vec3]) -> bool {
+        if s.elongation() < LONG.get() {
+            return false;
+        }
+        let thin = |p: &&Vec3| s.thickness(p) < ONE_WALL.get() * self.sigma;
+        let looked = || points.iter().step_by(points.len().div_ceil(LOOK.get()).max(1));
+        2 * looked().filter(thin).count() > looked().count()
+    }
+
+    /// Whether points lie on a line as far as their noise lets tell: no more of how far they spread across it is their
+    /// own than is noise. What noise along a scanner's beams makes of a row of points is an exact plane through it.
+    pub fn line(&self, points: &[Vec3]) -> bool {
+        let few = points.iter().step_by(points.len().div_ceil(LOOK.get()).max(1));
+        let n = few.clone().count() as f64;
+        let mean = few.clone().sum::<Vec3>() / n;
+        let square = |p: &Vec3| (p - mean) * (p - mean).transpose();
+        let mut variances: [f64; 3] = few.map(square).sum::<Mat3>().symmetric_eigenvalues().into();
+        variances.sort_by(f64::total_cmp);
+        variances[1] < 2.0 * self.sigma * self.sigma * n
     }
 
     /// Scores a shape on points.
@@ -160,5 +191,33 @@ impl Families {
     /// Whether a score is what noise alone would give.
     pub fn explains(&self, s: &Scored, n: usize) -> bool {
         s.reduced < 1.0 + CHANCE.get() * (2.0 / n as f64).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fits::Random;
+    use crate::segment::fixtures;
+
+    #[test]
+    fn walls_nearer_to_each_other_than_their_noise_are_none_and_those_of_a_flat_tube_are() {
+        let random = &mut Random::new(3);
+        let size = [20_000.0, 6.0, 0.0];
+        let hairpin = Shape::with_axis(Family::EllipticCylinder, Vec3::zeros(), Vec3::z(), size);
+        // A sheet whose noise grows from the tip of the ellipse on.
+        let mut at = || {
+            let x = random.uniform(1.0, 100.0);
+            let across = 0.01 * x * random.normal();
+            hairpin.frame * Vec3::new(x - 20_000.0, across, random.uniform(0.0, 50.0))
+        };
+        let sheet: Vec<Vec3> = (0..2000).map(|_| at()).collect();
+        let squares = |s: &Shape| sheet.iter().map(|p| s.distance(p).powi(2)).sum::<f64>();
+        let flat = fixtures::plane(Vec3::zeros(), hairpin.frame.column(1).into_owned());
+        assert!(squares(&hairpin) < 0.8 * squares(&flat));
+        let families = Families { sigma: 0.5, max_radius: 1e6, ..fixtures::families() };
+        assert!(families.degenerate(&hairpin, &sheet));
+        let exact = Families { sigma: 0.1, ..families };
+        assert!(!exact.degenerate(&hairpin, &sheet));
     }
 }

@@ -204,7 +204,7 @@ impl Families {
             fit_below(s, patch.points, &options, chi2 * sq)
         });
         fitted
-            .filter(|f| !self.degenerate(&f.shape))
+            .filter(|f| !self.degenerate(&f.shape, patch.points))
             .map(|f| self.score(f.shape, patch.points))
             .min_by(|a, b| a.bic.total_cmp(&b.bic))
             .filter(|best| best.bic < most)
@@ -240,7 +240,7 @@ impl Families {
         for s in starts {
             let wanted = best.map_or(most, |b| most.min(b.chi2));
             let Some(f) = self.polish_below(&s, points, steps, wanted) else { continue };
-            if self.degenerate(&f.shape) {
+            if self.degenerate(&f.shape, points) {
                 continue;
             }
             let scored = self.score(f.shape, points);

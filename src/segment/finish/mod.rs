@@ -53,17 +53,40 @@ pub fn finish(
     }
     let sums = normal_equations(points, labelled, shapes, monitor);
     for ((s, n), (sample, _)) in shapes.iter_mut().zip(&sums).zip(&samples) {
-        // What hardly shows in the points (the far axis of a short arc) can step far: a step that
-        // fits the sample worse than chance has it is none. From the sample's best to that of all points its chi2
-        // rises by about one for each degree of freedom.
-        let chance = WORSE.get() * s.family.dof() as f64 / sample.total().max(1.0);
-        let worse = |next: &Shape| squares(next, sample) > (1.0 + chance) * squares(s, sample);
         if monitor.cancelled() {
             return;
         }
-        if let Some(next) = n.step(s, SURE.get() * sigma, sample).filter(|next| !worse(next)) {
-            *s = next;
-        }
+        step(s, n, sample, sigma);
+    }
+}
+
+/// Fits every surface, which was fitted to the labelled points, to those that they were taken from: one step by the
+/// `sums` over all of these.
+pub fn finish_by(
+    points: &[Vec3],
+    labelled: &Labelled,
+    shapes: &mut [Shape],
+    sums: &[Normal],
+    sigmas: &[f64],
+) {
+    let mut samples = samples(points, labelled, shapes.len());
+    for (((s, n), (sample, _)), sigma) in shapes.iter_mut().zip(sums).zip(&mut samples).zip(sigmas)
+    {
+        sample.fill_up();
+        sample.centre();
+        step(s, n, sample, *sigma);
+    }
+}
+
+/// One step of a surface by the sums over all its points, of which `sample` holds some.
+fn step(s: &mut Shape, n: &Normal, sample: &Columns, sigma: f64) {
+    // What hardly shows in the points (the far axis of a short arc) can step far: a step that
+    // fits the sample worse than chance has it is none. From the sample's best to that of all points its chi2
+    // rises by about one for each degree of freedom.
+    let chance = WORSE.get() * s.family.dof() as f64 / sample.total().max(1.0);
+    let worse = |next: &Shape| squares(next, sample) > (1.0 + chance) * squares(s, sample);
+    if let Some(next) = n.step(s, SURE.get() * sigma, sample).filter(|next| !worse(next)) {
+        *s = next;
     }
 }
 
@@ -116,7 +139,7 @@ fn walk(labelled: &Labelled, range: Range<usize>, mut give: impl FnMut(usize, Ra
 }
 
 /// The normal equations of every region over all points, in one pass.
-fn normal_equations(
+pub fn normal_equations(
     points: &[Vec3],
     labelled: &Labelled,
     shapes: &[Shape],

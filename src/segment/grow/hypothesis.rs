@@ -8,10 +8,11 @@ use crate::segment::family::{Families, Scored};
 use crate::segment::grow::seeded::{FIT_SAMPLE, FITS, Sample, Seeded, TRIED};
 use crate::segment::grow::start::{Start, nearest, start_set, starts};
 use crate::segment::grow::walk::Walk;
-use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::judge::parabola::{Walls, is_parabolic};
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::objective::{CHANCE, FEW, GOOD, SURE};
 use crate::segment::prepare::scene::Scene;
+use crate::segment::prepare::take::take;
 
 constants! {
     /// Points that a fit looks at where growth ends although residuals are correlated.
@@ -56,8 +57,38 @@ pub fn grow(
     min_points: usize,
 ) -> Option<Hypothesis> {
     let grown = from_any_start(scene, walk, families, seed, min_points);
+    let wall = grown.as_ref().and_then(|h| one_wall(scene, families, h, seed));
+    let grown = match wall {
+        Some(points) => on_wall(scene, walk, families, points, min_points).or(grown),
+        None => grown,
+    };
     scene.work.spend(walk.take_visited());
     grown
+}
+
+/// The points on the seed's side of an ellipse whose two walls are surfaces of their own.
+fn one_wall(scene: &Scene, families: &Families, h: &Hypothesis, seed: usize) -> Option<Vec<u32>> {
+    let walls = Walls::of(&h.shape)?;
+    let side = |i: usize| walls.side(&scene.points[i]);
+    let are_both = walls.hold(&take(scene, &h.support, FIT_SAMPLE.get()), families.sigma);
+    are_both
+        .then(|| h.support.iter().copied().filter(|&i| side(i as usize) == side(seed)).collect())
+}
+
+/// What grows from the points of one wall where it may not end in an ellipse.
+fn on_wall(
+    scene: &Scene,
+    walk: &mut Walk,
+    families: &Families,
+    points: Vec<u32>,
+    min_points: usize,
+) -> Option<Hypothesis> {
+    let is_ellipse = |f: &Family| matches!(f, Family::EllipticCylinder | Family::Ellipsoid);
+    let mut others = families.clone();
+    others.allowed.retain(|f| !is_ellipse(f));
+    let start = Seeded::of(scene, &others, points)?;
+    let grown = grow_from(scene, walk, &others, start, min_points);
+    grown.filter(|h| h.support.len() >= min_points)
 }
 
 fn from_any_start(
@@ -204,7 +235,7 @@ impl Growth<'_> {
         let warm = families
             .polish(shape, points, STEPS.get())
             .map(|f| families.score(f.shape, points))
-            .filter(|s| !families.degenerate(&s.shape));
+            .filter(|s| !families.degenerate(&s.shape, points));
         if let Some(w) = warm.filter(|w| !stalled && families.explains(w, points.len())) {
             (self.best, self.fresh) = (w, false);
             return ControlFlow::Continue(());

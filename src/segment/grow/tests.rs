@@ -89,6 +89,32 @@ fn a_hypothesis_grows_over_its_whole_face_and_stops_at_the_edge() {
 }
 
 #[test]
+fn walls_nearer_to_each_other_than_their_points_are_each_a_plane() {
+    let gap = 6.0 * SIGMA;
+    let mut random = crate::fit::fits::Random::new(3);
+    // Within a gap a point has as many neighbours on the other wall as on its own, and an ellipse runs along both.
+    let mut at = |k: usize| {
+        let height = if k.is_multiple_of(2) { 0.0 } else { gap };
+        let (x, y) = (random.uniform(0.0, 1.0), random.uniform(0.0, 1.0));
+        Vec3::new(80.0 * gap * x, 80.0 * gap * y, height + SIGMA * random.normal())
+    };
+    let points: Vec<Vec3> = (0..4000).map(&mut at).collect();
+    let scene = Scene::new(crate::segment::fixtures::ordered(&points));
+    let mut walk = Walk::new(scene.len());
+    let grown = (0..scene.len()).step_by(37);
+    let grown = grown.filter_map(|seed| grow(&scene, &mut walk, &families(), seed, 40));
+    let (mut sound, mut all) = (0, 0);
+    for h in grown.filter(|h| h.support.len() > 1000) {
+        let upper = h.support.iter().filter(|&&i| scene.points[i as usize].z > 0.5 * gap);
+        let share = upper.count() as f64 / h.support.len() as f64;
+        assert!(!h.sound || !(0.01..=0.99).contains(&share), "{share} of {}", h.support.len());
+        sound += usize::from(h.sound);
+        all += 1;
+    }
+    assert!(sound * 10 > all * 9 && all > 50, "{sound} of {all}");
+}
+
+#[test]
 fn points_in_a_volume_grow_into_nothing() {
     let mut random = crate::fit::fits::Random::new(5);
     let mut side = || random.uniform(0.0, 10.0);

@@ -2,6 +2,7 @@
 
 use crate::fit::constant::constants;
 use crate::fit::{Family, Held, Shape};
+use crate::geometry::Vec3;
 use crate::segment::found::Found;
 use crate::segment::hints::draft::Draft;
 use crate::segment::hints::extend::extend;
@@ -67,10 +68,11 @@ pub fn propose(
             place::regions(found, &set).iter().map(|r| found.shapes[r.0]).collect();
         for start in shapes(found, &set, &warm, &families, monitor)? {
             let shape = settled(found, members, start, reach);
-            if families.degenerate(&shape) {
+            let inliers = within(found, members, &shape, reach);
+            let points: Vec<Vec3> = inliers.iter().map(|&i| found.points[i as usize]).collect();
+            if families.degenerate(&shape, &points) {
                 continue;
             }
-            let inliers = within(found, members, &shape, reach);
             // of as many points the simpler family, and of one family the nearer
             let price = rms(found, &inliers, &shape) / sigma * inliers.len() as f64
                 + shape.family.description_length(inliers.len());

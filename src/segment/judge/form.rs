@@ -3,6 +3,7 @@
 //! Noise that is not independent from point to point leaves surfaces what they are: growth from anywhere on one ends
 //! with the same points once it reckons with all of it. On freeform each slides to where its seed lay, at any scatter.
 
+use crate::fit::Ruler;
 use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
@@ -11,7 +12,8 @@ use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::judge::scatter::{LEVEL, ROUGH, in_common, most, scatter, typical};
 use crate::segment::judge::stability::{judged, rescued};
 use crate::segment::judge::whiteness::{correlated, correlation};
-use crate::segment::objective::{CORRELATED, HALF};
+use crate::segment::median::deviation;
+use crate::segment::objective::{CORRELATED, HALF, PART};
 use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
@@ -21,6 +23,8 @@ constants! {
     FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
     /// Mean correlation of settled surfaces' residuals beyond which these go together: else hardly any is left.
     SEEN: f64 = 0.035, Trial(0.035, 0.035);
+    /// Scatter of a surface over the noise below which the noise is not its own.
+    FAR_LESS: f64 = 0.2, Trial(0.2, 0.2);
     /// Scatter over that of finer surfaces from which on these are found by themselves first.
     FAR: f64 = 3.0, Trial(3.0, 3.0);
 }
@@ -56,7 +60,13 @@ pub fn hypotheses(
     let clear = |found: &[Hypothesis]| {
         found.len() >= FORM_SAMPLE.get() && typical(found) > 2.0 * CORRELATED.get()
     };
-    let found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
+    let mut found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
+    // Whoever gives the noise or a tolerance means it, unless next to nothing fits.
+    let is_given = families.floor >= families.sigma;
+    while let Some(sigma) = far_less(scene, families, &found).filter(|_| !is_given) {
+        families.sigma = sigma;
+        found = Search::new(scene, families, seed).run(trials, clear, monitor)?;
+    }
     let common = typical(&found) > CORRELATED.get();
     let taken = taken(&found, scene.len());
     let open = taken.iter().filter(|t| !**t).count() as f64 / scene.len() as f64;
@@ -64,7 +74,8 @@ pub fn hypotheses(
     if common && !seen && !clear(&found) && open < HALF.get() {
         return Ok(Looked::Suspected(found));
     }
-    if !common && open < ROUGH.get() {
+    let little = if is_given && !families.rougher { HALF.get() } else { ROUGH.get() };
+    if !common && open < little {
         return Ok(Looked::Found(found, true));
     }
     // Where residuals go together, or next to nothing fits, what is found is not yet any surface's.
@@ -89,14 +100,31 @@ pub fn hypotheses(
     families.common = at.common;
     let mut found = Search::new(scene, families, seed).run(trials, |_| false, monitor)?;
     families.common = families.common.max(in_common(&found));
-    if at.share <= most(families, only) {
-        found = judged(scene, families, found);
-    } else {
-        let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
-        found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
-        found = rescued(scene, families, found);
-    }
-    Ok(Looked::Found(found, !common))
+    let is_stable = at.share > most(families, only);
+    found = if is_stable { sound(scene, families, found) } else { judged(scene, families, found) };
+    // Too little may be grown at the noise to tell what shows at the scatter.
+    Ok(Looked::Found(found, !common && families.common == 0.0))
+}
+
+/// Hypotheses that are sound where their residuals have no more in common than all have.
+fn sound(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
+    found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
+    rescued(scene, families, found)
+}
+
+/// The scatter of a surface that has a good part of the points, where it is far less than the noise: that was estimated from
+/// patches in which outliers, or another surface, lie among the neighbours.
+fn far_less(scene: &Scene, families: &Families, found: &[Hypothesis]) -> Option<f64> {
+    let scatter = |h: &Hypothesis| {
+        let is_large = h.sound && h.support.len() as f64 > PART.get() * scene.len() as f64;
+        let ruler = Ruler::of(&h.shape);
+        let distances = h.support.iter().map(|&i| ruler.distance(&scene.points[i as usize]));
+        is_large.then(|| deviation(distances)).flatten()
+    };
+    let least = found.iter().filter_map(scatter).reduce(f64::min)?;
+    let sigma = least.max(families.floor);
+    (sigma < FAR_LESS.get() * families.sigma).then_some(sigma)
 }
 
 /// Whether what settled surfaces leave of their points goes together.
@@ -128,7 +156,8 @@ mod tests {
     use crate::segment::fixtures::{self, SIGMA, ordered, partition, plane, sheet, smooth};
 
     /// A roof of two faces, its noise `white` and `smooth` in sigmas, on a floor that bends by `bent`.
-    fn looked(white: f64, form: f64, bent: f64, sigma: f64) -> (usize, Families) {
+    /// Hypotheses, whether surfaces are all there is, and what was reckoned with.
+    fn looked(white: f64, form: f64, bent: f64, sigma: f64) -> (usize, bool, Families) {
         let random = &mut Random::new(5);
         let field = smooth(random);
         let mut at = || {
@@ -142,26 +171,79 @@ mod tests {
         let mut trials = (0, 0);
         let found =
             hypotheses(&scene, &mut families, 1, (true, true), &mut trials, &Silent).unwrap();
-        let Looked::Found(found, _) = found else { panic!("a denser sample was asked for") };
-        (found.len(), families)
+        let Looked::Found(found, all) = found else { panic!("a denser sample was asked for") };
+        (found.len(), all, families)
     }
 
     #[test]
     fn independent_noise_has_nothing_in_common() {
-        let (found, families) = looked(1.0, 0.0, 0.0, SIGMA);
-        assert!(found >= 2);
+        let (found, all, families) = looked(1.0, 0.0, 0.0, SIGMA);
+        assert!(found >= 2 && all);
         assert_eq!((families.common, families.sigma), (0.0, SIGMA));
     }
 
     #[test]
     fn smooth_noise_is_reckoned_with_as_a_whole() {
-        let (found, families) = looked(0.7, 1.5, 0.0, SIGMA);
+        let (found, _, families) = looked(0.7, 1.5, 0.0, SIGMA);
         assert!((2..12).contains(&found), "{found}");
         // Nearly all of a residual is its neighbours' too, and sigma is the whole of it or a level or two more.
         assert!((0.5..0.95).contains(&families.common), "{}", families.common);
         let across = 1.0 / 0.8_f64.hypot(1.0);
         let whole = SIGMA * 0.7_f64.hypot(1.5) * across;
         assert!((whole..2.1 * whole).contains(&families.sigma), "{}", families.sigma);
+    }
+
+    #[test]
+    fn a_noise_that_outliers_made_is_that_of_the_surface_among_them() {
+        let random = &mut Random::new(11);
+        let mut at = |k: usize| {
+            let (x, y) = (random.uniform(0.0, 10.0), random.uniform(0.0, 10.0));
+            let z = if k.is_multiple_of(2) {
+                SIGMA * random.normal()
+            } else {
+                random.uniform(-5.0, 5.0)
+            };
+            Vec3::new(x, y, z)
+        };
+        let points: Vec<Vec3> = (0..6000).map(&mut at).collect();
+        let scene = Scene::new(ordered(&points));
+        let after = |sigma: f64, floor: f64| {
+            let families = &mut Families { sigma, floor, max_radius: 1e4, ..fixtures::families() };
+            hypotheses(&scene, families, 1, (true, false), &mut (0, 0), &Silent).unwrap();
+            families.sigma / SIGMA
+        };
+        assert!((after(20.0 * SIGMA, 0.0) - 1.0).abs() < 0.3);
+        assert!(after(20.0 * SIGMA, 20.0 * SIGMA) >= 20.0);
+    }
+
+    #[test]
+    fn a_few_rough_points_leave_the_noise_that_is_given_what_it_is() {
+        let random = &mut Random::new(9);
+        let mut at = |k: usize| {
+            let (x, y) = (random.uniform(0.0, 10.0), random.uniform(0.0, 10.0));
+            let rough = if k < 1000 { 2.5 } else { 1.0 };
+            let off = SIGMA * rough * random.normal();
+            if k < 1000 { Vec3::new(0.2 * x, 0.2 * y, 5.0 + off) } else { Vec3::new(x, y, off) }
+        };
+        let points: Vec<Vec3> = (0..12_000).map(&mut at).collect();
+        let scene = Scene::new(ordered(&points));
+        let after = |floor: f64| {
+            let families =
+                &mut Families { sigma: SIGMA, floor, max_radius: 1e4, ..fixtures::families() };
+            let dense = (true, false);
+            hypotheses(&scene, families, 1, dense, &mut (0, 0), &Silent).unwrap();
+            families.sigma
+        };
+        assert_eq!(after(SIGMA), SIGMA);
+        assert!(after(0.0) > SIGMA);
+    }
+
+    #[test]
+    fn smooth_noise_that_hides_at_a_sigma_too_small_for_growth_is_not_all_there_is() {
+        for (part, form) in [(0.2, 1.0), (0.5, 0.5)] {
+            let (found, all, families) = looked(1.0, form, 0.0, part * SIGMA);
+            assert!(found > 0 && families.common > 0.1 && !all);
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::fit::constant::constants;
 use crate::fit::{Family, Shape, Spread};
 use crate::geometry::Vec3;
 use crate::segment::judge::one_quadric::one_quadric;
+use crate::segment::objective::{LITTLE, MOST};
 use crate::segment::partition::Partition;
 use crate::segment::prepare::scene::Scene;
 use crate::segment::prepare::take::take;
@@ -14,6 +15,10 @@ use crate::segment::report::uncertainty::SAMPLE;
 constants! {
     /// A centre so many times further off than the points reach towards it is none that they lie around.
     FAR: f64 = 10.0, Trial(10.0, 10.0);
+    /// Sigmas between two walls up to which they may be one face.
+    NEAR: f64 = 5.0, Trial(4.5, 5.5);
+    /// Cosine of the angle to the shortest axis up to which a wall is flat.
+    FLAT: f64 = 0.98, Trial(0.98, 0.98);
     /// Semi-axes further apart than this many times are those of no ellipse.
     PARABOLIC: f64 = 25.0, Trial(25.0, 25.0);
 }
@@ -78,6 +83,46 @@ fn is_known(shape: &Shape, axis: usize, points: &[Vec3], sigma: f64) -> bool {
 /// with both its faces, or of a fillet beside its own.
 pub fn is_parabolic(shape: &Shape) -> bool {
     shape.elongation() > PARABOLIC.get()
+}
+
+/// The two walls of so long an ellipse that it is flat almost everywhere: where points lie on both it is two planes at a
+/// distance, or one with a step in it.
+pub struct Walls<'a> {
+    shape: &'a Shape,
+    across: Vec3,
+}
+
+impl<'a> Walls<'a> {
+    /// Those of `shape`, if it is as long as that.
+    pub fn of(shape: &'a Shape) -> Option<Self> {
+        let axes = if shape.family == Family::Ellipsoid { 3 } else { 2 };
+        let short = (0..axes).min_by(|&i, &j| shape.size[i].total_cmp(&shape.size[j]))?;
+        let across = shape.frame.column(short).into_owned();
+        is_parabolic(shape).then_some(Self { shape, across })
+    }
+
+    /// Whether points that scatter by `sigma` lie on both, which are apart, and hardly any at the ends. Nearer to each other
+    /// walls hold the points of one rougher face.
+    pub fn hold(&self, points: &[Vec3], sigma: f64) -> bool {
+        let near = |p: &&Vec3| self.shape.thickness(p) < NEAR.get() * sigma;
+        if 2 * points.iter().filter(near).count() > points.len() {
+            return false;
+        }
+        let flat =
+            |side: f64| points.iter().filter(|p| side * self.towards(p) > FLAT.get()).count();
+        let (over, under) = (flat(1.0), flat(-1.0));
+        let n = points.len() as f64;
+        over.min(under) as f64 > LITTLE.get() * n && (over + under) as f64 > MOST.get() * n
+    }
+
+    /// Whether a point is on the one or on the other.
+    pub fn side(&self, p: &Vec3) -> bool {
+        self.towards(p) > 0.0
+    }
+
+    fn towards(&self, p: &Vec3) -> f64 {
+        self.shape.offset(p).normal.dot(&self.across)
+    }
 }
 
 #[cfg(test)]

@@ -42,6 +42,26 @@ impl Around {
         out
     }
 
+    /// Where the labels of each end, and all of them.
+    pub fn into_parts(self) -> (Vec<u32>, Vec<i32>) {
+        (self.ends, self.labels)
+    }
+
+    /// From those.
+    pub fn from_parts(ends: Vec<u32>, labels: Vec<i32>) -> Self {
+        Self { ends, labels }
+    }
+
+    /// Of the labels those that are wanted.
+    pub fn only(&self, wanted: impl Fn(i32) -> bool) -> Self {
+        let mut out = Self { ends: Vec::with_capacity(self.len()), labels: Vec::new() };
+        for i in 0..self.len() {
+            out.labels.extend(self.at(i).iter().filter(|l| wanted(**l)));
+            out.ends.push(out.labels.len() as u32);
+        }
+        out
+    }
+
     pub fn len(&self) -> usize {
         self.ends.len()
     }

@@ -11,14 +11,13 @@ use crate::segment::label::labelling::Labelling;
 use crate::segment::label::shares::posterior;
 use crate::segment::prepare::candidates::K;
 use crate::segment::prepare::nearest::{Runs, Search};
-use crate::segment::prepare::scene::Scene;
 
 /// Points between surfaces that are placed between two looks at whether the work was cancelled.
 pub const WATCHED: usize = 1024;
 
-/// The sample's points by where they lie; `None` of none.
-pub fn tree(scene: &Scene) -> Option<ImmutableKdTree<f64, 3>> {
-    let raw: Vec<[f64; 3]> = scene.points.iter().map(|p| (*p).into()).collect();
+/// Points by where they lie; `None` of none.
+pub fn tree(points: &[Vec3]) -> Option<ImmutableKdTree<f64, 3>> {
+    let raw: Vec<[f64; 3]> = points.iter().map(|p| (*p).into()).collect();
     ImmutableKdTree::new_from_slice(&raw).ok()
 }
 

@@ -7,7 +7,7 @@
 use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 
-use crate::fit::Ruler;
+use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::label::around::{Around, CHUNK};
 use crate::segment::label::between::{Between, WATCHED, nearest, tree};
@@ -30,7 +30,40 @@ pub fn spread(
 ) -> Result<Labelled, Cancelled> {
     let around = Around::of(scene, &model.labels);
     monitor.check()?;
-    let rulers: Vec<Ruler> = model.shapes.iter().map(Ruler::of).collect();
+    let places: Vec<i64> = scene.places.iter().map(|&k| i64::from(k)).collect();
+    spread_by(
+        points,
+        &Guide { points: &scene.points, places: &places, around: &around },
+        &model.shapes,
+        sigma,
+        monitor,
+    )
+}
+
+/// What points are labelled by: some of them, or of those around.
+pub struct Guide<'a> {
+    /// The sample's points in Morton order.
+    pub points: &'a [Vec3],
+    /// The place of each among the points to label, rising: -1 for those before the first, their number for those
+    /// after the last.
+    pub places: &'a [i64],
+    /// The labels around each.
+    pub around: &'a Around,
+}
+
+/// Labels `points` (in Morton order) by a `guide`, with the surfaces `shapes`.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn spread_by(
+    points: &[Vec3],
+    guide: &Guide,
+    shapes: &[Shape],
+    sigma: f64,
+    monitor: &dyn Monitor,
+) -> Result<Labelled, Cancelled> {
+    let around = guide.around;
+    let rulers: Vec<Ruler> = shapes.iter().map(Ruler::of).collect();
     let inverse = 1.0 / (sigma * sigma);
     let mut labels = vec![-1; points.len()];
     let open: Vec<Open> = labels
@@ -40,16 +73,16 @@ pub fn spread(
             if monitor.cancelled() {
                 return Open::default();
             }
-            let places = &scene.places;
+            let places = guide.places;
             let mut nearest =
                 Nearest { rulers: &rulers, inverse, places, first: c * CHUNK, labels };
-            nearest.label(points, &around)
+            nearest.label(points, around)
         })
         .collect();
     monitor.check()?;
     let several: Vec<u32> = open.iter().flat_map(|o| o.several.iter().copied()).collect();
     let none: Vec<u32> = open.iter().flat_map(|o| o.none.iter().copied()).collect();
-    second_look(points, scene, &rulers, &around, &none, &mut labels, inverse);
+    second_look(points, guide, &rulers, &none, &mut labels, inverse, monitor);
     monitor.check()?;
     let near = nearest(points, &several, monitor);
     let between =
@@ -78,7 +111,7 @@ struct Nearest<'a> {
     rulers: &'a [Ruler],
     inverse: f64,
     /// The places of the sample's points.
-    places: &'a [u32],
+    places: &'a [i64],
     /// The place of the chunk's first point.
     first: usize,
     labels: &'a mut [i32],
@@ -89,12 +122,12 @@ impl Nearest<'_> {
     fn label(&mut self, points: &[Vec3], around: &Around) -> Open {
         let (mut from, end) = (self.first, self.first + self.labels.len());
         // The last point of the sample before these, or the first.
-        let mut q = self.places.partition_point(|&k| (k as usize) < from).saturating_sub(1);
+        let mut q = self.places.partition_point(|&k| k < from as i64).saturating_sub(1);
         let mut open = Open::default();
         let mut candidates = Vec::new();
         let mut scratch = Scratch::default();
         while from < end {
-            let to = self.places.get(q + 1).map_or(end, |&next| end.min(next as usize + 1));
+            let to = self.places.get(q + 1).map_or(end, |&next| end.min((next + 1) as usize));
             around.beside(q, &mut candidates);
             self.label_stretch(&points[from..to], from, &candidates, &mut scratch, &mut open);
             (from, q) = (to, q + 1);
@@ -158,23 +191,23 @@ impl Scratch {
 /// the curve jumps now and then.
 fn second_look(
     points: &[Vec3],
-    scene: &Scene,
+    guide: &Guide,
     rulers: &[Ruler],
-    around: &Around,
     none: &[u32],
     labels: &mut [i32],
     inverse: f64,
+    monitor: &dyn Monitor,
 ) {
     if none.is_empty() {
         return;
     }
-    let Some(tree) = tree(scene) else { return };
+    let Some(tree) = tree(guide.points) else { return };
     let found: Vec<i32> = none
         .par_iter()
         .with_min_len(256)
         .with_max_len(WATCHED)
         .map_init(
-            || scene.cancelled(),
+            || monitor.cancelled(),
             |cancelled, &i| {
                 if *cancelled {
                     return -1;
@@ -183,7 +216,7 @@ fn second_look(
                 let nearest =
                     tree.query(&[p.x, p.y, p.z]).nearest_one::<SquaredEuclidean<f64>>().execute();
                 let mut best = (unassigned(), -1);
-                for &l in around.at(nearest.item as usize) {
+                for &l in guide.around.at(nearest.item as usize) {
                     let r = rulers[l as usize].distance(p).powi(2) * inverse;
                     if r <= best.0 {
                         best = (r, l);

@@ -176,6 +176,7 @@ impl<'a> Pairs<'a> {
         let apart = alone(a) + alone(b) + BORDER.get() * edges * share;
         // Both halves must lie on it: a region whose own surface is poor saves nothing.
         let sound = |s: &Shape| self.is_sound(s, &samples[a]) && self.is_sound(s, &samples[b]);
+        let is_one = |s: &Shape| sound(s) && !self.families.degenerate(s, &points);
         let mut best: Option<(f64, Shape)> = None;
         if sa.family == Family::Plane && sb.family == Family::Plane {
             let parallel = self.directions.plane(&points, &sa.w(), needed, self.families);
@@ -190,7 +191,7 @@ impl<'a> Pairs<'a> {
             }
             let cauchy = Some(ACCEPT.get() * self.families.sigma);
             let o = Options { cauchy, steps: STEPS.get(), tolerance: 1e-4 };
-            let Some(f) = fit(s, &points, None, &o).filter(|f| sound(&f.shape)) else { continue };
+            let Some(f) = fit(s, &points, None, &o).filter(|f| is_one(&f.shape)) else { continue };
             let c = self.cost(&f.shape, &points) + length(&f.shape, &points);
             if best.is_none_or(|b| c < b.0) {
                 best = Some((c, f.shape));

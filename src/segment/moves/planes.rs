@@ -62,6 +62,9 @@ fn gain_of_plane(shape: &Shape, points: &[Vec3], families: &Families) -> Option<
         tolerance: 1e-5,
     };
     let plane = fit(&starts::plane(points)?, points, None, &options)?.shape;
+    if families.line(points) {
+        return None;
+    }
     let own = fit(shape, points, None, &options).map_or(*shape, |f| f.shape);
     Some((plane, families.score(own, points).bic - families.score(plane, points).bic))
 }
@@ -162,6 +165,23 @@ mod tests {
             Vec3::new(r * cos, r * sin, z)
         };
         let points = (0..600).map(|k| at(k, random)).collect();
+        let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::z(), [5.0, 0.0, 0.0]);
+        assert_eq!(broken(points, shape), (0, vec![Family::Cylinder]));
+    }
+
+    /// Columns of a scanner 200 away: the noise along its beams leaves every column in a plane through it.
+    #[test]
+    fn a_cylinder_seen_in_columns_stays_one() {
+        let random = &mut SplitMix64::new(6);
+        let (radius, away) = (5.0, 200.0);
+        let at = |k: usize, random: &mut SplitMix64| {
+            let angle = 0.0055 * ((k % 9) as f64 - 4.0);
+            let (sin, cos) = f64::sin_cos(angle);
+            let range = away * cos - (radius * radius - (away * sin).powi(2)).sqrt();
+            let range = range + noise(random);
+            Vec3::new(range * sin, range * cos - away, 0.2 * (k / 9) as f64)
+        };
+        let points = (0..1350).map(|k| at(k, random)).collect();
         let shape = Shape::with_axis(Family::Cylinder, Vec3::zeros(), Vec3::z(), [5.0, 0.0, 0.0]);
         assert_eq!(broken(points, shape), (0, vec![Family::Cylinder]));
     }

@@ -122,7 +122,7 @@ fn cone_instead(shape: &Shape, axis: &Vec3, points: &[Vec3], families: &Families
         tolerance: 1e-5,
     };
     let cone = fit(&start, points, None, &options)?.shape;
-    (!families.degenerate(&cone)).then_some(cone)
+    (!families.degenerate(&cone, points)).then_some(cone)
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::segment::moves::trial::{Place, STEPS, Trial};
 use crate::segment::objective::{DOUBT, FEW, SLIGHT};
 use crate::segment::partition::{Partition, members, neighbours_of, put_in};
 use crate::segment::prepare::scene::Scene;
-use crate::segment::prepare::take::take_core;
+use crate::segment::prepare::take::{take, take_core};
 
 /// Tries other families in each region's place and keeps the one with the least energy. Returns how many
 /// regions changed family.
@@ -43,13 +43,14 @@ pub fn swap_families(scene: &Scene, model: &mut Partition, families: &Families) 
                 if candidates.is_empty() {
                     return None;
                 }
+                let own = take(scene, &groups[r], SAMPLE.get());
                 let alone = around[r].is_empty();
                 let sigma = families.sigma;
                 let place = Place::new(scene, frozen, &rulers, r, &groups[r], slot, families);
                 let (mut least, mut winner) = Trial::new(&place).run(&current, sigma, true);
                 for c in candidates {
                     let (e, s) = Trial::new(&place).run(&c, sigma, !alone);
-                    if e < least - 1.0 {
+                    if e < least - 1.0 && !families.degenerate(&s, &own) {
                         least = e;
                         winner = s;
                     }

@@ -8,6 +8,12 @@ pub(super) struct Given<'a> {
     pub(super) value: &'a str,
 }
 
+/// `true` or `false` in any case, as Python and spreadsheets write them.
+pub fn truth(text: &str) -> Option<bool> {
+    let is = |word: &str| text.eq_ignore_ascii_case(word);
+    if is("true") { Some(true) } else { is("false").then_some(false) }
+}
+
 /// What it holds; an error where that is not what the parameter takes.
 impl Given<'_> {
     pub(super) fn method(self) -> Result<Method, ParameterError> {
@@ -33,7 +39,7 @@ impl Given<'_> {
     }
 
     pub(super) fn boolean(self) -> Result<bool, ParameterError> {
-        self.text().parse().map_err(|_| self.invalid())
+        truth(self.text()).ok_or_else(|| self.invalid())
     }
 
     /// Types in their order, each once.

@@ -12,7 +12,10 @@ use crate::segment::Extent;
 /// A place is any of `at`, `extent` and `labels`, or several of them together. Lengths are in the input's unit, angles in
 /// radians.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a hint in braces, as {\"at\": [[1, 2, 3]], \"type\": \"cylinder\"}"
+)]
 pub struct Hint {
     /// What is to be done there.
     #[serde(default)]
@@ -72,8 +75,10 @@ pub(super) fn read(text: &str) -> Result<Vec<Hint>, ParameterError> {
     let text = text.trim();
     let list = if text.starts_with('[') { text.to_owned() } else { format!("[{text}]") };
     let hints: Vec<Hint> = serde_json::from_str(&list).map_err(|e| {
-        // its place is that in the list, which is told by its end
-        ParameterError::Hints(format!("{e}: give a JSON list such as {EXAMPLE}"))
+        // the parser's words for what is no JSON are about itself
+        let what =
+            if e.is_data() { e.to_string() } else { format!("no JSON at column {}", e.column()) };
+        ParameterError::Hints(format!("{what}: give a JSON list such as {EXAMPLE}"))
     })?;
     if hints.len() > MAX_HINTS {
         let most = format!("{} of them, and at most {MAX_HINTS} are taken", hints.len());
@@ -150,7 +155,7 @@ impl Hint {
             let from = if least { "from 0 to" } else { "above 0 and at most" };
             value
                 .filter(|v| !fits(v))
-                .map(|v| format!("'{name}' {v} is not a number {from} {most}"))
+                .map(|v| format!("'{name}' {v:?} is not a number {from} {most}"))
         };
         let half = std::f64::consts::FRAC_PI_2;
         range("radius", self.radius, LARGEST_TOLD, false)

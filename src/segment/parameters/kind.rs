@@ -28,6 +28,11 @@ pub enum ParameterKind {
         /// Largest number.
         max: u64,
     },
+    /// Up to so many different comma-separated ids of regions.
+    Regions {
+        /// Most of them.
+        most: usize,
+    },
     /// A JSON list of objects.
     Hints {
         /// Most of them.
@@ -53,6 +58,7 @@ impl std::fmt::Display for ParameterKind {
             Self::Boolean => write!(f, "true or false"),
             Self::Direction => write!(f, "three numbers x,y,z, not all zero"),
             Self::Columns { max } => write!(f, "three different whole numbers from 1 to {max}"),
+            Self::Regions { most } => write!(f, "one to {most} different region ids"),
             Self::Hints { max } => write!(f, "a JSON list of at most {max} hints"),
             Self::Text { max } => write!(f, "one line of at most {max} characters"),
         }

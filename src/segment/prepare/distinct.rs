@@ -20,7 +20,16 @@ pub fn distinct_points(
     let sums: Vec<Vec3> = points.par_chunks(4096).map(|chunk| chunk.iter().sum()).collect();
     let centre = sums.iter().sum::<Vec3>() / cloud.len() as f64;
     monitor.check()?;
-    let mut places = vec![0; cloud.len()];
+    let places = drop_copies(&mut points, &order);
+    points.par_iter_mut().with_min_len(4096).for_each(|p| *p -= centre);
+    monitor.check()?;
+    Ok((points, centre, places))
+}
+
+/// Drops copies from points in Morton order, in which the `order`-th of the cloud stand. Where each point of the
+/// cloud stands then.
+pub fn drop_copies(points: &mut Vec<Vec3>, order: &[u32]) -> Vec<u32> {
+    let mut places = vec![0; order.len()];
     let mut last = 0;
     for (k, &i) in order.iter().enumerate() {
         if k > 0 && points[k] != points[last] {
@@ -30,7 +39,5 @@ pub fn distinct_points(
         places[i as usize] = last as u32;
     }
     points.truncate(last + 1);
-    points.par_iter_mut().with_min_len(4096).for_each(|p| *p -= centre);
-    monitor.check()?;
-    Ok((points, centre, places))
+    places
 }

@@ -26,6 +26,8 @@ constants! {
 pub struct Level {
     /// Scatter of each group, as a standard deviation; `None` where its patches tell nothing.
     pub scatter: Vec<Option<f64>>,
+    /// Of each group the median breadth of the patches' nearest points.
+    pub inner_breadths: Vec<f64>,
     /// Median over the groups of the same by the nearest half of each patch.
     pub nearer: Option<f64>,
     /// Median reach of the patches.
@@ -39,11 +41,7 @@ pub struct Level {
 impl Level {
     /// `steps` of the coordinates are what noise is never below.
     pub fn of(patches: &[Option<Patch>], steps: &[f64; 3]) -> Self {
-        let all = || patches.iter().flatten();
-        let middle = |of: &dyn Fn(&Patch) -> f64| {
-            let mut values: Vec<f64> = all().map(of).filter(|x| x.is_finite()).collect();
-            median(&mut values).unwrap_or(0.0)
-        };
+        let middle = |of: &dyn Fn(&Patch) -> f64| middle_of(patches, of);
         let starts = (0..patches.len().max(1)).step_by(APART.get());
         let nearer = |g: &[Option<Patch>]| {
             Some(quarter(g.iter().flatten().map(|p| p.nearer).collect())? / NEARER_QUARTER.get())
@@ -52,6 +50,7 @@ impl Level {
             starts.map(|s| &patches[s.min(patches.len())..patches.len().min(s + TOGETHER.get())]);
         Self {
             nearer: median(&mut groups.clone().filter_map(nearer).collect::<Vec<_>>()),
+            inner_breadths: groups.clone().map(|g| middle_of(g, &|p| p.inner_breadth)).collect(),
             scatter: groups.map(|g| group_scatter(g, steps)).collect(),
             reach: middle(&|p| p.reach),
             thickness: middle(&Patch::thickness),
@@ -70,9 +69,11 @@ impl Level {
         median(&mut self.scatter.iter().flatten().copied().collect::<Vec<_>>())
     }
 
-    /// That of the cleanest twentieth of them.
-    pub fn least_scatter(&self) -> Option<f64> {
-        let mut all: Vec<f64> = self.scatter.iter().flatten().copied().collect();
+    /// That of the cleanest twentieth of those whose patches' nearest points lie broader than `spanned`: along a row
+    /// there is little to see.
+    pub fn least_scatter(&self, spanned: f64) -> Option<f64> {
+        let broad = self.scatter.iter().zip(&self.inner_breadths).filter(|g| *g.1 > spanned);
+        let mut all: Vec<f64> = broad.filter_map(|g| *g.0).collect();
         all.sort_unstable_by(f64::total_cmp);
         all.get(all.len() / 20).copied()
     }
@@ -83,6 +84,12 @@ impl Level {
         let of = |(a, b): (&Option<f64>, &Option<f64>)| Some(b.as_ref()? / a.as_ref()?);
         quarter(both.filter_map(of).filter(|g| g.is_finite()).collect())
     }
+}
+
+/// The median of what is finite of something of the patches; nought of none.
+fn middle_of(patches: &[Option<Patch>], of: &dyn Fn(&Patch) -> f64) -> f64 {
+    let all = patches.iter().flatten().map(of);
+    median(&mut all.filter(|x| x.is_finite()).collect::<Vec<_>>()).unwrap_or(0.0)
 }
 
 /// The scatter that a group's broad patches tell of.
@@ -119,6 +126,25 @@ mod tests {
         assert_eq!(quarter(vec![4.0, 0.0, 1.0, 2.0, 3.0]), Some(1.0));
         assert_eq!(quarter(vec![2.0, 1.0, 3.0]), Some(1.5));
         assert_eq!(quarter(Vec::new()), None);
+    }
+
+    #[test]
+    fn the_cleanest_groups_are_none_whose_points_lie_on_a_row() {
+        let patch = |scatter: f64, inner_breadth: f64| Patch {
+            scatter,
+            of_sheets: None,
+            nearer: scatter,
+            reach: 10.0,
+            breadth: 0.8,
+            inner_breadth,
+            normal: Vec3::z(),
+        };
+        let groups = |row: f64| {
+            let of = |k: usize| if k < 40 { patch(0.01, row) } else { patch(1.0, 0.6) };
+            let patches: Vec<Option<Patch>> = (0..400).map(|k| Some(of(k))).collect();
+            Level::of(&patches, &[0.0; 3]).least_scatter(0.1).map(|s| s * QUARTER.get())
+        };
+        assert_eq!((groups(0.001), groups(0.3)), (Some(1.0), Some(0.01)));
     }
 
     #[test]

@@ -24,7 +24,18 @@ const LARGE_BUCKET: usize = 1 << 15;
 /// # Errors
 /// `monitor` cancelled the work.
 pub fn morton_order(points: &[Vec3], monitor: &dyn Monitor) -> Result<Vec<u32>, Cancelled> {
-    let codes = Codes::of(points);
+    order_by(points, &Codes::of(points), monitor)
+}
+
+/// The same by codes of another box.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn order_by(
+    points: &[Vec3],
+    codes: &Codes,
+    monitor: &dyn Monitor,
+) -> Result<Vec<u32>, Cancelled> {
     let place_bits = (points.len() as u64).next_power_of_two().trailing_zeros().max(1);
     let first = |part: usize| part * points.len() / PARTS;
     let parts: Vec<Bucketed> = (0..PARTS)
@@ -47,7 +58,7 @@ pub fn morton_order(points: &[Vec3], monitor: &dyn Monitor) -> Result<Vec<u32>, 
             if !monitor.cancelled() {
                 keys.clear();
                 parts.iter().for_each(|p| keys.extend_from_slice(p.bucket(b)));
-                sort_bucket(points, &codes, place_bits, keys, order);
+                sort_bucket(points, codes, place_bits, keys, order);
             }
         },
     );
@@ -90,22 +101,33 @@ fn sort_bucket(
     }
 }
 
-/// Codes of points in a box: 21 bits of each coordinate, interleaved.
-struct Codes {
-    lo: Vec3,
-    scale: f64,
+/// Steps of a coordinate's code.
+const STEPS: u64 = (1 << 21) - 1;
+
+/// Codes of points in a box: 21 bits of each coordinate, interleaved. Points outside have that of a place on its
+/// sides.
+#[derive(Clone, Copy, Debug)]
+pub struct Codes {
+    /// The smallest corner of the box.
+    pub lo: Vec3,
+    /// Steps of a length.
+    pub scale: f64,
 }
 
 impl Codes {
-    fn of(points: &[Vec3]) -> Self {
+    /// In the box of the points.
+    pub fn of(points: &[Vec3]) -> Self {
         let (lo, hi) = bounds(points);
-        // 2^21 - 1 steps; points that coincide have one code whatever the scale.
-        Self { lo, scale: 2_097_151.0 / (hi - lo).max().max(1e-300) }
+        // points that coincide have one code whatever the scale
+        Self { lo, scale: STEPS as f64 / (hi - lo).max().max(1e-300) }
     }
 
-    fn of_point(&self, p: &Vec3) -> u64 {
+    /// The code of a point.
+    pub fn of_point(&self, p: &Vec3) -> u64 {
         let q = (p - self.lo) * self.scale;
-        spread(q.x as u64) | spread(q.y as u64) << 1 | spread(q.z as u64) << 2
+        // what lies below the box is cut off by the cast
+        let step = |x: f64| spread((x as u64).min(STEPS));
+        step(q.x) | step(q.y) << 1 | step(q.z) << 2
     }
 }
 

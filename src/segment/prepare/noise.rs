@@ -145,7 +145,7 @@ fn of_levels(
     let level = |l: u32| thinned.level(l).map(|patches| Level::of(&patches, steps));
     let spanned = first_spanned(&mut levels, level);
     // Where some places scatter far less than most, these see edges and walls.
-    let least = levels[spanned].least_scatter().zip(levels[spanned].median_scatter());
+    let least = levels[spanned].least_scatter(SPANNED.get()).zip(levels[spanned].median_scatter());
     let clean = least.filter(|(least, most)| spanned == 0 && *least < CLEAN.get() * most);
     let mut first = spanned;
     while let Some(next) = level(levels.len() as u32).filter(|_| levels.len() == first + 1) {

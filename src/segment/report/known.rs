@@ -43,16 +43,17 @@ impl Known {
             return None;
         }
         let members = &candidate.members;
-        let centroid = tally.sum / members.len().max(1) as f64;
+        let n = tally.n;
+        let centroid = tally.sum / n.max(1) as f64;
         let shape = candidate.shape.recentred(&centroid);
-        let fit = tally.scatter.fit(members.len(), candidate.rejected);
+        let fit = tally.scatter.fit(n, candidate.rejected);
         // The points' scatter about their surface tells its form error too.
-        let freedom = members.len().saturating_sub(shape.family.dof()).max(1) as f64;
-        let sigma = found.rounding.max(fit.rms * (members.len() as f64 / freedom).sqrt());
+        let freedom = n.saturating_sub(shape.family.dof()).max(1) as f64;
+        let sigma = found.rounding.max(fit.rms * (n as f64 / freedom).sqrt());
         let stride = members.len().div_ceil(uncertainty::SAMPLE.get()).max(1);
         let some: Vec<Vec3> =
             members.iter().step_by(stride).map(|&i| found.points[i as usize]).collect();
-        let share = members.len() as f64 / some.len() as f64;
+        let share = n as f64 / some.len() as f64;
         let fit = Fit { noise: noise(&shape, &some), ..fit };
         let few = sample(&found.points, members, evidence::SAMPLE.get());
         let extent = tally.extent(&found.centre);

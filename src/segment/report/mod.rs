@@ -28,12 +28,12 @@ use crate::segment::hints::Draft;
 use crate::segment::judge::one_quadric::one_quadric;
 use crate::segment::median::deviation;
 use crate::segment::partition::members;
-use crate::segment::prepare::sampling::sampled;
+use crate::segment::prepare::sampling::{Sampled, sampled};
 use crate::segment::report::constraints::{Candidate, enforce, most_rms};
 use crate::segment::report::joints::{Scale, joints};
 use crate::segment::report::known::{Known, Told};
 use crate::segment::report::reasons::{Reason, explain};
-use crate::segment::report::tally::{Scatter, extent_of, sample, tallies};
+use crate::segment::report::tally::{Scatter, Tally, extent_of, sample, tallies};
 use crate::segment::{
     Cancelled, Dimensions, Fit, HintOutcome, Monitor, Parameters, Region, Segmentation, Unassigned,
 };
@@ -50,12 +50,48 @@ pub fn report(
     steps: &[f64; 3],
     monitor: &dyn Monitor,
 ) -> Result<Segmentation, Cancelled> {
+    let judged = judged(parameters, &found, monitor)?;
+    let shapes: Vec<Shape> = judged.kept.iter().map(|c| c.shape).collect();
+    let tallies = tallies(&found.points, &judged.labels, &shapes, monitor);
+    let sampled = sampled(&found.points, steps);
+    monitor.check()?;
+    let whole = found.points.len();
+    let labels = in_cloud_order(&judged.labels, &found.places);
+    let reasons = judged.reasons.clone();
+    let mut segmentation = told(judged, &found, drafts, (&tallies, whole), &sampled)?;
+    count_points(&mut segmentation.regions, &labels);
+    Ok(Segmentation { unassigned: unassigned(&labels, reasons), labels, ..segmentation })
+}
+
+/// What was found and may be reported.
+pub struct Judged {
+    /// The regions.
+    pub kept: Vec<Candidate>,
+    /// Quadrics of other types, which come after them.
+    others: Vec<Other>,
+    /// Each point's region, -1 = none.
+    pub labels: Vec<i32>,
+    /// How many have none for which reason.
+    pub reasons: BTreeMap<Reason, usize>,
+    /// The parameters as used.
+    resolved: Parameters,
+}
+
+/// Judges what was found.
+///
+/// # Errors
+/// `monitor` cancelled the work.
+pub fn judged(
+    parameters: &Parameters,
+    found: &Found,
+    monitor: &dyn Monitor,
+) -> Result<Judged, Cancelled> {
     let points = &found.points;
     let density = points.len() as f64 / found.scene.len() as f64;
     let spacing = found.scene.spacing / density.sqrt();
     let free_tori = asked_for(parameters) && !parameters.surfaces.contains(&SurfaceType::Torus);
-    let (candidates, mut free) = candidates(&found, parameters.tolerance, free_tori);
-    let resolved = resolved(parameters, &found);
+    let (candidates, mut free) = candidates(found, parameters.tolerance, free_tori);
+    let resolved = resolved(parameters, found);
     let most_rms = most_rms(parameters, found.rounding);
     let (kept, mut reasons) = enforce(points, candidates, &resolved, most_rms, monitor);
     let mut labels = labels(&kept, points.len());
@@ -70,37 +106,50 @@ pub fn report(
         }
         free.retain(|&i| labels[i as usize] < 0);
     }
-    say_why(&mut reasons, &found, &free, spacing, parameters.min_points, monitor);
+    say_why(&mut reasons, found, &free, spacing, parameters.min_points, monitor);
     monitor.check()?;
-    let tallies = tallies(points, &labels, &kept, monitor);
-    monitor.check()?;
+    Ok(Judged { kept, others, labels, reasons, resolved })
+}
+
+/// The regions in the contract's terms, without labels, of a cloud of `whole` distinct points of which those found are
+/// all or taken evenly: `tallies` are over all.
+///
+/// # Errors
+/// The work was cancelled.
+pub fn told(
+    judged: Judged,
+    found: &Found,
+    drafts: Vec<Draft>,
+    (tallies, whole): (&[Tally], usize),
+    sampled: &Sampled,
+) -> Result<Segmentation, Cancelled> {
+    let Judged { kept, others, labels, resolved, .. } = judged;
+    let density = whole as f64 / found.scene.len() as f64;
+    let check = || if found.scene.cancelled() { Err(Cancelled) } else { Ok(()) };
     let known: Vec<Known> =
-        kept.par_iter().zip(&tallies).filter_map(|(c, t)| Known::of(c, t, &found)).collect();
-    monitor.check()?;
+        kept.par_iter().zip(tallies).filter_map(|(c, t)| Known::of(c, t, found)).collect();
+    check()?;
     let of_scene: Vec<i32> = found.scene.places.iter().map(|&i| labels[i as usize]).collect();
     let joints = joints(&found.scene, &of_scene, &known, &Scale { sigma: found.noise, density });
-    monitor.check()?;
-    let told = dimensions::all(&known, &kept, &joints, &of_scene, &found, density);
-    monitor.check()?;
+    check()?;
+    let told = dimensions::all(&known, &kept, &joints, &of_scene, found, density);
+    check()?;
     let region =
         |(id, (k, told)): (usize, (&Known, Told))| k.region(id, &found.centre, &joints, told);
     let first = known.iter().zip(told).enumerate().filter_map(region);
     let further =
-        others.iter().enumerate().filter_map(|(k, o)| of_other_type(known.len() + k, o, &found));
-    let mut regions: Vec<Region> = first.chain(further).collect();
-    let labels = in_cloud_order(&labels, &found.places);
-    count_points(&mut regions, &labels);
-    let sampled = sampled(points, steps);
-    monitor.check()?;
+        others.iter().enumerate().filter_map(|(k, o)| of_other_type(known.len() + k, o, found));
+    let regions: Vec<Region> = first.chain(further).collect();
+    check()?;
     Ok(Segmentation {
-        sampling: Some(sampling::told(&sampled)),
-        warnings: sampling::warnings(&sampled, found.noise),
+        sampling: Some(sampling::told(sampled)),
+        warnings: sampling::warnings(sampled, found.noise),
         hints: outcomes(drafts, &kept),
         regions,
-        unassigned: unassigned(&labels, reasons),
-        labels,
+        unassigned: Unassigned::default(),
+        labels: Vec::new(),
         parameters: resolved,
-        counters: found.counters,
+        counters: found.counters.clone(),
     })
 }
 

@@ -32,7 +32,9 @@ pub fn warnings(sampled: &Sampled, noise: f64) -> Vec<Warning> {
     let mut warn = |code: &str, message: String| {
         out.push(Warning { code: code.to_owned(), message });
     };
-    if sampled.pattern == Pattern::ScanLines && across > FAR_APART.get() * along {
+    let far_apart = FAR_APART.get() * along;
+    let are_rows_apart = sampled.pattern == Pattern::ScanLines && across > far_apart;
+    if are_rows_apart {
         warn(
             "rows_apart",
             format!(
@@ -42,6 +44,8 @@ pub fn warnings(sampled: &Sampled, noise: f64) -> Vec<Warning> {
         );
     }
     let diagonal = Vec3::repeat(1.0).normalize();
+    // a step so much longer than points of a row are apart is that from row to row, and rounds nothing
+    let steps = steps.map(|step| if are_rows_apart && step > far_apart { 0.0 } else { step });
     if noise > 0.0 && rounding(&steps, &diagonal) > ROUNDED.get() * noise {
         let [x, y, z] = steps;
         warn(
@@ -78,6 +82,11 @@ mod tests {
         assert_eq!(codes(&rows, 0.1), ["rows_apart"]);
         let steps = Sampled { steps: [0.25; 3], ..even };
         assert_eq!(codes(&steps, 0.1), ["coordinate_steps"]);
+        // rings about z
+        let rings = Sampled { steps: [1e-4, 1e-4, 8.0], ..rows };
+        assert_eq!(codes(&rings, 0.1), ["rows_apart"]);
+        let rounded = Sampled { steps: [0.25, 0.25, 8.0], ..rows };
+        assert_eq!(codes(&rounded, 0.1), ["rows_apart", "coordinate_steps"]);
         assert_eq!(told(&rows).kind, SamplingKind::ScanLines);
     }
 }

@@ -2,10 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::fit::Ruler;
+use crate::fit::{Ruler, Shape};
 use crate::geometry::Vec3;
 use crate::segment::prepare::place::place;
-use crate::segment::report::constraints::Candidate;
 use crate::segment::{Extent, Fit, Monitor};
 
 /// Points worked on at once; fixed, so that the result does not depend on the number of threads.
@@ -56,10 +55,10 @@ impl Tally {
 pub fn tallies(
     points: &[Vec3],
     labels: &[i32],
-    kept: &[Candidate],
+    shapes: &[Shape],
     monitor: &dyn Monitor,
 ) -> Vec<Tally> {
-    let rulers: Vec<Ruler> = kept.iter().map(|c| Ruler::of(&c.shape)).collect();
+    let rulers: Vec<Ruler> = shapes.iter().map(Ruler::of).collect();
     let parts: Vec<Vec<(usize, Tally)>> = labels
         .par_chunks(CHUNK)
         .zip(points.par_chunks(CHUNK))
@@ -84,7 +83,7 @@ pub fn tallies(
             sums
         })
         .collect();
-    let mut out: Vec<Tally> = kept.iter().map(|_| Tally::default()).collect();
+    let mut out: Vec<Tally> = shapes.iter().map(|_| Tally::default()).collect();
     for (l, tally) in parts.into_iter().flatten() {
         out[l].merge(&tally);
     }

@@ -5,6 +5,7 @@ use crate::segment::report::motion::falling;
 use nalgebra::DMatrix;
 use serde_json::{Map, Value, json};
 
+use crate::fit::feature::{Fixed, Lobes, Pose, untold};
 use crate::fit::{Family, Held, Shape, Spread};
 use crate::geometry::Vec3;
 use crate::segment::report::motion::motions;
@@ -37,6 +38,8 @@ impl Uncertainty {
     /// That of `shape` fitted to points with noise `sigma`, of which each of `points` stands for `share` like
     /// it; none for fewer points than degrees of freedom.
     ///
+    /// Lobes round an axis that stand out count as form that may have moved the surface (see [`Lobes`]).
+    ///
     /// `shape` should have its origin beside the centroid of `points` (see [`Shape::recentred`]).
     pub fn of(shape: &Shape, points: &[Vec3], share: f64, sigma: f64) -> Option<Self> {
         Self::with(shape, points, share, sigma, &Held::default())
@@ -55,7 +58,17 @@ impl Uncertainty {
             return None;
         }
         let free = held.freedoms(shape.family).map(|held| !held);
-        let of_freedoms = Spread::of(shape, points).covariance_of(&free, sigma, share);
+        let is_free = free.iter().take(shape.family.dof()).all(|free| *free);
+        // lobes are taken out before the rest is asked what it has in common
+        let lobes = if is_free { Lobes::about(shape, points) } else { None };
+        let without = lobes.as_ref().map(|lobes| lobes.without(points));
+        let points = without.as_deref().unwrap_or(points);
+        let sigma = lobes.as_ref().map_or(sigma, |lobes| sigma.min(lobes.deviation));
+        let spread = Spread::of(shape, points);
+        let mut of_freedoms = spread.covariance_of(&free, sigma, share);
+        if let Some(lobes) = &lobes {
+            of_freedoms += &lobes.moved;
+        }
         let names = names(shape.family);
         let columns: Vec<_> = motions(shape).iter().map(|m| m.parameters(shape)).collect();
         let change = DMatrix::from_columns(&columns);
@@ -63,6 +76,13 @@ impl Uncertainty {
         let finite = covariance.iter().all(|v| v.is_finite());
         let mut this = Self { names, covariance, of_freedoms, unknown: Vec::new() };
         this.unknown = this.not_told(shape);
+        if is_free {
+            let sq = sigma * sigma * spread.inflation(sigma, share) / share;
+            let bent = this.bent(shape, points, sq);
+            this.unknown.extend(
+                bent.into_iter().filter(|name| !this.unknown.contains(name)).collect::<Vec<_>>(),
+            );
+        }
         finite.then_some(this)
     }
 
@@ -70,8 +90,8 @@ impl Uncertainty {
     /// and for the angle of a direction, one for each coordinate of a point and for each of a list),
     /// `covariance` with `covariance_of`, the parameters whose components its rows are, and
     /// `identifiable`, false where a radius, a semi-axis or an angle is not three standard deviations
-    /// away from zero or a direction is known to no better than a third of a radian; then
-    /// `not_identifiable` names the parameters.
+    /// away from zero, a direction is known to no better than a third of a radian, or the sum of squares rises far less
+    /// beside a size than its deviation says; then `not_identifiable` names the parameters.
     pub fn to_json(&self) -> Value {
         let mut out = Map::new();
         for (name, at, width) in self.places() {
@@ -116,6 +136,25 @@ impl Uncertainty {
         })
     }
 
+    /// The sizes that the points tell less well than the covariance says: see [`untold`]; `sq` is the variance of one point's distance,
+    /// as much larger as what they have in common makes that of a sum.
+    fn bent(&self, shape: &Shape, points: &[Vec3], sq: f64) -> Vec<&'static str> {
+        let pose = Pose::of(shape);
+        let free = Fixed::default().freedoms(pose.kind);
+        let covariance = in_lengths(shape, &self.of_freedoms);
+        let slots = untold(&pose, points, &free, &covariance, sq);
+        let name = |slot: usize| match (shape.family, slot) {
+            (Family::Sphere | Family::Cylinder, _) => "radius",
+            (Family::Cone, _) => "half_angle",
+            (Family::Torus, 6) => "major_radius",
+            (Family::Torus, _) => "minor_radius",
+            _ => "semi_axes",
+        };
+        let mut names: Vec<_> = slots.into_iter().map(name).collect();
+        names.dedup();
+        names
+    }
+
     fn not_told(&self, shape: &Shape) -> Vec<&'static str> {
         let told = |name: &str, deviations: &[f64]| match name {
             _ if is_direction(name) => deviations.iter().all(|d| *d < IDENTIFIABLE.get()),
@@ -131,6 +170,19 @@ impl Uncertainty {
             .map(|p| p.0)
             .collect()
     }
+}
+
+/// Covariance of the places of a step of a [`Pose`], whose sizes change by lengths, from that of the degrees of freedom, of which
+/// semi-axes change by shares.
+fn in_lengths(shape: &Shape, of_freedoms: &DMatrix<f64>) -> DMatrix<f64> {
+    let p = of_freedoms.nrows();
+    let count = match shape.family {
+        Family::EllipticCylinder => 2,
+        Family::Ellipsoid => 3,
+        _ => 0,
+    };
+    let unit = |a: usize| (a + count).checked_sub(p).map_or(1.0, |k| shape.size[k]);
+    of_freedoms.map_with_location(|a, b, v| v * unit(a) * unit(b))
 }
 
 fn is_direction(name: &str) -> bool {

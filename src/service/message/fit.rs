@@ -1,9 +1,14 @@
-use super::{count, format_from_message, region::vector, v1};
+use super::{
+    count, format_from_message,
+    parameters::{association_name, unknown_number, word},
+    region::vector,
+    v1,
+};
 use crate::{
     fit::feature::{Element, FeatureType},
     service::{
         Certificate, Characteristic, Contact, Convergence, Determination, ErrorKind,
-        FeatureUncertainty, FitDocument, FitParameters, FitRequest, Form, ParameterForm,
+        FeatureUncertainty, FitDocument, FitParameters, FitRequest, FormError, ParameterForm,
         ParameterUncertainty, PassedThrough, RegionFit, Residuals, ServiceError, Verdict,
         unknown_format,
     },
@@ -20,16 +25,6 @@ fn named(name: &str) -> v1::FeatureType {
     let name = format!("FEATURE_TYPE_{}", name.to_ascii_uppercase());
     // a test shows that every type has its name in the contract
     v1::FeatureType::from_str_name(&name).unwrap_or_default()
-}
-
-/// The name of an association's number; none where it is not given.
-pub(super) fn association_name(number: i32) -> Result<Option<String>, ServiceError> {
-    let association = v1::Association::try_from(number).map_err(|_| {
-        let detail = format!("parameter 'association': {number} is no number of it");
-        ServiceError::new(ErrorKind::InvalidParameter, detail)
-    })?;
-    let name = association.as_str_name().trim_start_matches("ASSOCIATION_").to_ascii_lowercase();
-    Ok((association != v1::Association::Unspecified).then_some(name))
 }
 
 fn association(name: &str) -> v1::Association {
@@ -55,6 +50,11 @@ pub fn fit_from_message(message: &v1::FitRequest) -> Result<FitRequest, ServiceE
     }
     if let Some(deadline) = message.deadline {
         request.set("deadline", &deadline.to_string())?;
+    }
+    match v1::LengthUnit::try_from(message.unit) {
+        Ok(v1::LengthUnit::Unspecified) => {}
+        Ok(unit) => request.set("unit", &word(unit.as_str_name(), "LENGTH_UNIT_"))?,
+        Err(_) => return Err(unknown_number("unit", message.unit)),
     }
     if message.residuals {
         request.set("residuals", "true")?;
@@ -121,6 +121,7 @@ impl From<FitDocument> for v1::FitResult {
         let [x, y, z] = document.local_origin;
         Self {
             conicoid: document.conicoid,
+            build: document.build,
             input: Some((&document.input).into()),
             parameters: Some(document.parameters.into()),
             passed: Some(document.passed.into()),
@@ -231,9 +232,9 @@ impl From<Residuals> for v1::Residuals {
     }
 }
 
-impl From<Form> for v1::Form {
-    fn from(form: Form) -> Self {
-        let Form { characteristic, gaussian, minimum_zone } = form;
+impl From<FormError> for v1::Form {
+    fn from(form: FormError) -> Self {
+        let FormError { characteristic, gaussian, minimum_zone } = form;
         Self { characteristic, gaussian, minimum_zone }
     }
 }
@@ -254,6 +255,7 @@ impl From<Characteristic> for v1::Characteristic {
             deviation: c.deviation,
             expanded: c.expanded,
             verdict: verdict.into(),
+            undecided: c.undecided,
         }
     }
 }

@@ -3,6 +3,7 @@
 mod fit;
 mod hint;
 mod parameters;
+mod pieces;
 mod region;
 mod relation;
 mod result;
@@ -18,6 +19,7 @@ pub const DESCRIPTOR: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descript
 
 pub use fit::fit_from_message;
 pub use parameters::{format_from_message, request_from_message};
+pub use pieces::Pieces;
 
 fn count(n: usize) -> u64 {
     n as u64

@@ -83,8 +83,12 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
     if message.snap {
         request.set("snap", "true")?;
     }
-    if let Some(name) = super::fit::association_name(message.association)? {
+    if let Some(name) = association_name(message.association)? {
         request.set("association", &name)?;
+    }
+    if !message.datums.is_empty() {
+        let datums = message.datums.iter().map(u64::to_string).collect::<Vec<_>>();
+        request.set("datums", &datums.join(","))?;
     }
     if let Some(deadline) = message.deadline {
         request.set("deadline", &deadline.to_string())?;
@@ -102,6 +106,9 @@ pub fn request_from_message(message: &v1::SegmentRequest) -> Result<Request, Ser
         Err(_) => return Err(unknown_number("unit", message.unit)),
     }
     request.set_mesh_message(message)?;
+    if let Some(thin) = message.thin {
+        request.set("thin", &thin.to_string())?;
+    }
     if let Some(name) = &message.name {
         request.set("name", name)?;
     }
@@ -154,11 +161,21 @@ impl Request {
     }
 }
 
-fn word(name: &str, prefix: &str) -> String {
+/// The name of an association's number; none where it is not given.
+pub(super) fn association_name(number: i32) -> Result<Option<String>, ServiceError> {
+    let association = v1::Association::try_from(number).map_err(|_| {
+        let detail = format!("parameter 'association': {number} is no number of it");
+        ServiceError::new(ErrorKind::InvalidParameter, detail)
+    })?;
+    let name = association.as_str_name().trim_start_matches("ASSOCIATION_").to_ascii_lowercase();
+    Ok((association != v1::Association::Unspecified).then_some(name))
+}
+
+pub(super) fn word(name: &str, prefix: &str) -> String {
     name.trim_start_matches(prefix).to_ascii_lowercase()
 }
 
-fn unknown_number(name: &str, number: i32) -> ServiceError {
+pub(super) fn unknown_number(name: &str, number: i32) -> ServiceError {
     ServiceError::new(
         ErrorKind::InvalidParameter,
         format!("parameter '{name}': {number} is not a number of its enum"),

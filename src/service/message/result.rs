@@ -1,13 +1,15 @@
 use super::{count, parameters::format_to_message, v1};
 use crate::{
+    model::datum::{Datum, DatumSystem},
     segment::{Counters, Sampling, SamplingKind, Warning},
-    service::{Document, Input, MeshInput, MeshPoints, Timing, UnassignedPoints},
+    service::{Document, Input, MeshInput, MeshPoints, ThinInput, Timing, UnassignedPoints},
 };
 
 impl From<Document> for v1::Segmentation {
     fn from(document: Document) -> Self {
         Self {
             conicoid: document.conicoid,
+            build: document.build,
             input: Some((&document.input).into()),
             parameters: Some((&document.parameters).into()),
             regions: document.regions.iter().map(Into::into).collect(),
@@ -22,8 +24,25 @@ impl From<Document> for v1::Segmentation {
             snapping: document.snapping.map(Into::into),
             hints: document.hints.into_iter().map(Into::into).collect(),
             fits: document.fits.into_iter().map(Into::into).collect(),
+            datum_system: document.datum_system.map(Into::into),
             counters: Some((&document.counters).into()),
             timing: Some(document.timing.into()),
+        }
+    }
+}
+
+impl From<DatumSystem> for v1::DatumSystem {
+    fn from(system: DatumSystem) -> Self {
+        let datum = |datum: Datum| v1::Datum {
+            region: count(datum.region),
+            features: datum.features,
+            turned: datum.turned,
+        };
+        Self {
+            datums: system.datums.into_iter().map(datum).collect(),
+            transform: system.transform.map(|m| m.concat()).unwrap_or_default(),
+            free: system.free,
+            refused: system.refused,
         }
     }
 }
@@ -37,9 +56,16 @@ impl From<&Input> for v1::Input {
             format: format_to_message(&input.format).into(),
             skipped: count(input.skipped),
             mesh: input.mesh.as_ref().map(Into::into),
+            thin: input.thin.as_ref().map(Into::into),
             unit: input.unit.map_or(v1::LengthUnit::Unspecified, v1::LengthUnit::from).into(),
             resolution: Some(v1::Vector { x, y, z }),
         }
+    }
+}
+
+impl From<&ThinInput> for v1::ThinInput {
+    fn from(thin: &ThinInput) -> Self {
+        Self { length: thin.length, kept: count(thin.kept) }
     }
 }
 

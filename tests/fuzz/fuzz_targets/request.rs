@@ -29,10 +29,10 @@ static SERVICE: LazyLock<(Runtime, Router)> = LazyLock::new(|| {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let flags = ["conicoid", "--threads=1", "--max-points=200", "--max-body-bytes=65536"];
     let settings = cli::settings(&flags.map(Into::into)).unwrap();
-    let within = runtime.enter();
     let mut config = settings.service();
     config.max_deadline = Duration::from_secs(5);
-    let service = Service::new(config, None).unwrap();
+    let service = runtime.block_on(Service::new(config, None)).unwrap();
+    let within = runtime.enter();
     let router = http::router(service, HttpConfig { cors_origins: Vec::new() });
     drop(within);
     (runtime, router)

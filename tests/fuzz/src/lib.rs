@@ -34,7 +34,7 @@ pub fn answer(bytes: &[u8], format: Option<Format>) {
     for (columns, skip_lines) in parameters {
         let hints = Hints { format, columns, skip_lines };
         let announced = announced_points(&bytes, hints);
-        if let Ok(cloud) = read(&bytes, hints, &Limits { max_points: 200_000 }) {
+        if let Ok(cloud) = read(&bytes, hints, &Limits::of(200_000)) {
             assert!(cloud.input_len as u64 <= announced, "{} points", cloud.input_len);
         }
     }

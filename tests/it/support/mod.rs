@@ -4,6 +4,8 @@ pub mod clouds;
 pub mod curves;
 pub mod facets;
 pub mod features;
+#[path = "../../support/nats.rs"]
+pub mod nats;
 pub mod related;
 pub mod solid;
 pub mod step;
@@ -49,7 +51,7 @@ pub struct Running {
 /// Starts a service with `flags` on free ports.
 pub async fn start(flags: &[&str]) -> Running {
     let server = Server::bind(settings(flags)).await.expect("the service starts");
-    let (addresses, service) = (server.addresses().unwrap(), Arc::clone(server.service()));
+    let (addresses, service) = (server.addresses().unwrap().unwrap(), Arc::clone(server.service()));
     let stop = CancellationToken::new();
     let run = server.run(stop.clone());
     let ended = tokio::spawn(async move { run.await.expect("the service runs") });
@@ -57,6 +59,19 @@ pub async fn start(flags: &[&str]) -> Running {
 }
 
 impl Running {
+    /// Ends the service and waits until it has closed its files.
+    pub async fn end(self) {
+        let Self { service, stop, ended, .. } = self;
+        stop.cancel();
+        ended.await.unwrap();
+        // a job's task may hold the jobs a little longer than the service does
+        let left = Arc::downgrade(service.book());
+        drop(service);
+        while left.strong_count() > 0 {
+            tokio::time::sleep(std::time::Duration::from_millis(1)).await;
+        }
+    }
+
     /// The URL of `path` on the HTTP listener.
     pub fn url(&self, path: &str) -> String {
         format!("http://{}{path}", self.addresses.http)

@@ -35,7 +35,6 @@ const range = s => {
   if (s.minimum !== undefined) parts.push("from " + bound(s.minimum));
   if (s.maximum !== undefined) parts.push("to " + bound(s.maximum));
   if (s.minItems && s.minItems === s.maxItems) parts.push(s.minItems + " of them");
-  if (s.default !== undefined && s.default !== null) parts.push("default " + s.default);
   return parts.length ? ": " + parts.join(", ") : "";
 };
 /// What a field means; where it may be null, that stands at the one form it has otherwise.
@@ -43,6 +42,7 @@ const meaning = s => s.description || s.oneOf?.find(form => form.description)?.d
 const example = (method, path, op) => {
   const call = { post: "curl --data-binary @part.ply", delete: "curl -X DELETE", get: "curl" }[method];
   const flags = op.operationId === "getJobEvents" ? " -N" : "";
+  if (path.endsWith("/form")) return make("pre", { textContent: `curl -F cloud=@part.ply '${location.origin}${path}'` });
   return make("pre", { textContent: `${call}${flags} '${location.origin}${path.replace("{id}", "ID")}'` });
 };
 /// JSON with the lists of numbers on one line.
@@ -54,7 +54,7 @@ const operation = (path, method, op) => {
   const body = op.requestBody;
   if (body) {
     box.append(make("h3", { textContent: "Body" }), table(["Content-Type", ""], Object.entries(body.content).map(([name, { schema }]) =>
-      [code(name), schema?.properties ? inline("parts " + Object.keys(schema.properties).map(p => "`" + p + "`").join(" and ")) : "the file's bytes"])));
+      [code(name), schema?.$ref ? link(last(schema.$ref)) : "the file's bytes"])));
   }
   if (op.parameters?.length)
     box.append(make("h3", { textContent: "Parameters" }), table(["Name", "In", "Meaning", "Value"],

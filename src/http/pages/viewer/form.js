@@ -10,15 +10,15 @@ const field = ({ name, description, schema }) => {
   const options = schema.enum || (schema.type === "boolean" && ["true", "false"]);
   const several = schema.type === "array" && schema.items?.enum;
   if (several) {
-    const chosen = schema.default || several;
+    const chosen = schema["x-default"] || several;
     return [make("fieldset", { title: description }, make("legend", { textContent: words(name) }), ...several.map(value =>
       make("label", {}, make("input", { type: "checkbox", name, value, defaultChecked: chosen.includes(value) }), " " + words(value))))];
   }
   const id = "parameter-" + name;
   const input = options
-    ? make("select", { id, name, title: description }, make("option", { value: "", textContent: name === "format" ? "told from the file" : schema.default === undefined ? "" : `${schema.default} (default)` }),
+    ? make("select", { id, name, title: description }, make("option", { value: "", textContent: name === "format" ? "told from the file" : schema["x-default"] === undefined ? "" : `${schema["x-default"]} (default)` }),
       ...options.map(word => make("option", { value: word, textContent: words(word) })))
-    : make("input", { id, name, title: description, placeholder: schema.default ?? "", autocomplete: "off" });
+    : make("input", { id, name, title: description, placeholder: schema["x-default"] ?? "", autocomplete: "off" });
   return [make("label", { htmlFor: id, textContent: words(name), title: description }), input,
     ...(FOUND.includes(name) ? [make("output", { id: "found-" + name, htmlFor: id })] : [])];
 };

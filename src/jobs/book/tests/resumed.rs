@@ -1,4 +1,4 @@
-use super::{super::resume::MOST_CRASHES, *};
+use super::*;
 
 /// A store that holds jobs with these inputs and crashes, in this order.
 fn left_by_another(jobs: &[(&'static [u8], u32)]) -> (Arc<Moody>, Vec<Uuid>) {
@@ -15,7 +15,7 @@ fn left_by_another(jobs: &[(&'static [u8], u32)]) -> (Arc<Moody>, Vec<Uuid>) {
 
 #[tokio::test]
 async fn a_job_that_ended_too_many_processes_is_failed_and_not_run() {
-    let (store, ids) = left_by_another(&[(b"abc", MOST_CRASHES), (b"abc", 0)]);
+    let (store, ids) = left_by_another(&[(b"abc", CONFIG.max_crashes), (b"abc", 0)]);
     let book = book(&store);
     let jobs = [0, 1].map(|i| book.find(ids[i], None).unwrap());
     let record = last(&jobs[0]).await;

@@ -25,6 +25,9 @@ fn a_list_an_object_and_objects_with_commas_are_the_same() {
 fn what_cannot_be_is_refused_with_what_to_do() {
     for (text, word) in [
         ("{", "give a JSON list"),
+        ("cylinder", "no JSON at column 2"),
+        ("7", "expected a hint in braces"),
+        (r#"{"at": [[0, 0, 0]], "radius": 1e300}"#, "'radius' 1e300 is not"),
         (r#"{"at": [[1, 2]], "type": "plane"}"#, "give a JSON list"),
         (r#"{"place": [1, 2, 3]}"#, "place"),
         (r#"{"type": "plane"}"#, "no place"),
