@@ -103,15 +103,17 @@ impl<'a> Walls<'a> {
 
     /// Whether points that scatter by `sigma` lie on both, which are apart, and hardly any at the ends. Nearer to each other
     /// walls hold the points of one rougher face.
+    ///
+    /// The walls of an ellipse close towards its ends, wherever these are: apart somewhere is apart.
     pub fn hold(&self, points: &[Vec3], sigma: f64) -> bool {
-        let near = |p: &&Vec3| self.shape.thickness(p) < NEAR.get() * sigma;
-        if 2 * points.iter().filter(near).count() > points.len() {
+        let n = points.len() as f64;
+        let apart = |p: &&Vec3| self.shape.thickness(p) > NEAR.get() * sigma;
+        if points.iter().filter(apart).count() as f64 <= LITTLE.get() * n {
             return false;
         }
         let flat =
             |side: f64| points.iter().filter(|p| side * self.towards(p) > FLAT.get()).count();
         let (over, under) = (flat(1.0), flat(-1.0));
-        let n = points.len() as f64;
         over.min(under) as f64 > LITTLE.get() * n && (over + under) as f64 > MOST.get() * n
     }
 
