@@ -10,25 +10,15 @@ use crate::fit::constant::constants;
 use crate::fit::general_fit;
 use crate::geometry::Vec3;
 use crate::segment::Monitor;
-use crate::segment::median::median;
-use crate::segment::prepare::closest::MANY;
-use crate::segment::prepare::even::even as apart;
 use crate::segment::prepare::levels::Level;
-use crate::segment::prepare::nearest::Runs;
-use crate::segment::prepare::patch::inner_breadth;
-use crate::segment::prepare::place::place;
+use crate::segment::prepare::off_rows::{Even, SPANNED, off_rows};
+use crate::segment::prepare::profiles::Profiles;
 use crate::segment::prepare::steps::{coarser, steps};
 use crate::segment::prepare::thinned::Thinned;
 
 constants! {
     /// Median roughness above which points fill a volume (1/3 in an even filling).
     pub VOLUME: f64 = 0.12, Trial(0.12, 0.12);
-    /// Breadth of the nearest points from which on they span two directions: less, and they lie on one row.
-    SPANNED: f64 = 0.1, Trial(0.1, 0.1);
-    /// Spacing of the points of a row over the reach of a patch on it.
-    ROW_SPACING: f64 = 0.144, Derived("root mean square distance of 24 points in a row from their middle: sqrt(12) / 24");
-    /// Sites whose neighbourhoods are looked at for their breadth.
-    SITES: usize = 500, Effort("sites looked at");
     /// Share of the groups of patches that tell something at the first level looked at.
     USABLE: f64 = 0.6, Trial(0.6, 0.6);
     /// Thickness of patches, scatter over reach, in a filled volume: 0.45 to 0.6 there.
@@ -74,6 +64,8 @@ pub struct Noise {
     pub fills_volume: bool,
     /// The places of points of the cloud whose neighbourhoods span two directions, where those of all lie on rows.
     pub even: Option<Arc<[u32]>>,
+    /// The profiles that these points lie on, where surfaces bend more along them than they are apart.
+    pub profiles: Option<Profiles>,
     /// Whether surfaces with less have been taken out.
     pub rougher: bool,
 }
@@ -88,50 +80,30 @@ pub fn estimate(points: &[Vec3], known: &[f64; 3], monitor: &dyn Monitor) -> Noi
     let Some(first) = Thinned::of(points, monitor).level(0).map(|p| Level::of(&p, &steps)) else {
         return of_few(points);
     };
-    let Some((places, even)) = off_rows(points, &first, monitor) else {
+    let Some(Even { places, points: even, profiles }) = off_rows(points, &first, monitor) else {
         return of_levels(points, vec![first], &steps, monitor);
     };
-    let levels = Thinned::of(&even, monitor).level(0).map(|p| Level::of(&p, &steps));
-    let noise = match levels {
-        Some(first) => of_levels(&even, vec![first], &steps, monitor),
-        None => of_few(&even),
+    let seen = match profiles {
+        Some(all) => even.iter().map(|p| all.drawn(p)).collect(),
+        None => even,
     };
-    Noise { even: Some(places.into()), ..noise }
+    let levels = Thinned::of(&seen, monitor).level(0).map(|p| Level::of(&p, &steps));
+    let noise = match levels {
+        Some(first) => of_levels(&seen, vec![first], &steps, monitor),
+        None => of_few(&seen),
+    };
+    Noise { even: Some(places.into()), profiles, ..noise }
 }
 
 /// The noise of points too few for levels.
 fn of_few(points: &[Vec3]) -> Noise {
-    Noise { sigma: of_one_quadric(points), fills_volume: false, even: None, rougher: false }
-}
-
-/// The densest even part of a cloud whose neighbourhoods span two directions, where those of all its points, which
-/// `first` tells of, do not: its places and its points. None where there is none of enough points.
-fn off_rows(
-    points: &[Vec3],
-    first: &Level,
-    monitor: &dyn Monitor,
-) -> Option<(Vec<u32>, Vec<Vec3>)> {
-    if first.spans() {
-        return None;
+    Noise {
+        sigma: of_one_quadric(points),
+        fills_volume: false,
+        even: None,
+        profiles: None,
+        rougher: false,
     }
-    // Neighbours of a row are about a seventh of a patch's reach apart, and other rows are farther off than that.
-    let mut radius = first.reach * ROW_SPACING.get();
-    let mut places: Vec<u32> = (0..points.len() as u32).collect();
-    let mut even = points.to_vec();
-    // No radius grows from nothing.
-    while radius > 0.0 && !monitor.cancelled() {
-        radius *= 2.0_f64.sqrt();
-        let some = apart(&even, radius);
-        if some.len() < MANY {
-            return None;
-        }
-        places = some.iter().map(|&k| places[k as usize]).collect();
-        even = some.iter().map(|&k| even[k as usize]).collect();
-        if spans(&even) {
-            return Some((places, even));
-        }
-    }
-    None
 }
 
 /// What ever thinner levels of points tell, the first of them at hand.
@@ -166,18 +138,7 @@ fn of_levels(
     };
     let few = points.len() < FEW.get();
     let sigma = if few { of_one_quadric(points).min(sigma) } else { sigma };
-    Noise { sigma, fills_volume, even: None, rougher: false }
-}
-
-/// Whether neighbourhoods of points in Morton order span two directions.
-fn spans(points: &[Vec3]) -> bool {
-    let (runs, sites) = (Runs::of(points), points.len().min(SITES.get()));
-    let breadth = |k: usize| {
-        let site = place(k, sites, points.len());
-        let near = runs.closest(&points[site], site);
-        inner_breadth(&near.places().iter().map(|&j| points[j as usize]).collect::<Vec<_>>())
-    };
-    median(&mut (0..sites).map(breadth).collect::<Vec<_>>()).is_some_and(|b| b > SPANNED.get())
+    Noise { sigma, fills_volume, even: None, profiles: None, rougher: false }
 }
 
 /// Scatter about the quadric of any type that fits all points best.
@@ -186,13 +147,6 @@ fn of_one_quadric(points: &[Vec3]) -> f64 {
     let sum: f64 = points.iter().map(|p| quadric.distance(p).powi(2)).sum();
     let freedom = points.len().saturating_sub(9).max(1) as f64;
     (sum / freedom).sqrt()
-}
-
-impl Level {
-    /// Whether neighbours span two directions.
-    fn spans(&self) -> bool {
-        self.inner_breadth > SPANNED.get()
-    }
 }
 
 /// The first level whose neighbours span two directions, or else the one at which most groups tell something.

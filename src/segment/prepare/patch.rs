@@ -24,7 +24,7 @@ constants! {
     /// is left.
     RIDGE: f64 = 1e-4, Trial(1e-4, 1e-4);
     /// Nearest points that tell whether the cloud is as dense in all directions.
-    INNER: usize = 9, Trial(9.0, 9.0);
+    pub INNER: usize = 9, Trial(9.0, 9.0);
     /// Times that points change sides.
     REASSIGNED: usize = 6, Effort("rounds of reassignment");
     /// Share of the scatter about one sheet that is left about two: halving normal residuals leaves 0.6.
@@ -116,7 +116,7 @@ fn patch(points: &[Vec3; MANY]) -> Option<Patch> {
 /// Mean square distance of points from their centre, variance across the direction of most scatter over that along
 /// it, and the direction of least scatter.
 #[inline(always)]
-fn spread(points: &[Vec3]) -> (f64, f64, Vec3) {
+pub fn spread(points: &[Vec3]) -> (f64, f64, Vec3) {
     let n = points.len() as f64;
     let mean = points.iter().sum::<Vec3>() / n;
     let scatter: Mat3 = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();

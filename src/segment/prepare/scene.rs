@@ -6,6 +6,7 @@ use crate::geometry::Vec3;
 use crate::segment::prepare::candidates::K;
 use crate::segment::prepare::nearest::{Runs, Search};
 use crate::segment::prepare::normals::{consensus_normal, normal_of};
+use crate::segment::prepare::profiles::Profiles;
 use crate::segment::prepare::work::Work;
 use crate::segment::{Cancelled, Monitor};
 
@@ -26,6 +27,8 @@ pub struct Scene<'a> {
     neighbours: Vec<u32>,
     /// Median distance to the fourth neighbour.
     pub spacing: f64,
+    /// The profiles that its points lie on, drawn together where neighbours are looked for.
+    pub profiles: Option<Profiles>,
     /// The work done on it.
     pub work: Work,
     /// Who may cancel the work on it.
@@ -36,7 +39,7 @@ impl<'a> Scene<'a> {
     /// The scene that nobody cancels.
     #[cfg(test)]
     pub fn new(points: Vec<Vec3>) -> Self {
-        Self::built(points, &crate::segment::Silent)
+        Self::built(points, None, &crate::segment::Silent)
     }
 
     /// Builds the graph and the normals of points in Morton order. At least one point.
@@ -44,7 +47,19 @@ impl<'a> Scene<'a> {
     /// # Errors
     /// `monitor` cancelled the work.
     pub fn watched(points: Vec<Vec3>, monitor: &'a dyn Monitor) -> Result<Self, Cancelled> {
-        let scene = Self::built(points, monitor);
+        Self::on_profiles(points, None, monitor)
+    }
+
+    /// The same of points on `profiles`, where they are on any.
+    ///
+    /// # Errors
+    /// `monitor` cancelled the work.
+    pub fn on_profiles(
+        points: Vec<Vec3>,
+        profiles: Option<Profiles>,
+        monitor: &'a dyn Monitor,
+    ) -> Result<Self, Cancelled> {
+        let scene = Self::built(points, profiles, monitor);
         monitor.check().map(|()| scene)
     }
 
@@ -54,13 +69,16 @@ impl<'a> Scene<'a> {
     }
 
     /// The scene; half of one where `monitor` cancels meanwhile.
-    fn built(points: Vec<Vec3>, monitor: &'a dyn Monitor) -> Self {
+    fn built(points: Vec<Vec3>, profiles: Option<Profiles>, monitor: &'a dyn Monitor) -> Self {
         let n = points.len();
         let mut neighbours = vec![0u32; n * K];
         let mut normals = vec![Vec3::z(); n];
         let mut roughness = vec![0f32; n];
         let mut fourth = vec![0f64; n];
-        let runs = Runs::of(&points);
+        let drawn: Option<Vec<Vec3>> =
+            profiles.map(|all| points.iter().map(|p| all.drawn(p)).collect());
+        let near_to = drawn.as_ref().unwrap_or(&points);
+        let runs = Runs::of(near_to);
         neighbours
             .par_chunks_mut(K * CHUNK)
             .zip(normals.par_chunks_mut(CHUNK))
@@ -80,14 +98,17 @@ impl<'a> Scene<'a> {
                         *out = if j == u32::MAX { i as u32 } else { j };
                     }
                     fourth[k] = if sq.is_finite() { sq.sqrt() } else { 0.0 };
-                    (normals[k], roughness[k]) = normal_of(&points, i, out);
+                    (normals[k], roughness[k]) = normal_of(near_to, i, out);
+                    if let Some(all) = &profiles {
+                        normals[k] = all.undrawn(&normals[k]);
+                    }
                 }
             });
         let mid = n / 2;
         let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
         let work = Work::default();
         let places = (0..n as u32).collect();
-        Self { points, places, normals, roughness, neighbours, spacing, work, monitor }
+        Self { points, places, normals, roughness, neighbours, spacing, profiles, work, monitor }
     }
 
     /// Whether the work on the scene is to stop. Loops over points, regions or pairs of them ask it every few
