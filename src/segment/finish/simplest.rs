@@ -1,5 +1,7 @@
 //! The simplest family that explains a region.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use crate::fit::constant::constants;
 use crate::fit::least_squares::{Columns, Fitted, Options, fit, fit_columns};
 use crate::fit::{Family, Shape, Spread};
@@ -95,8 +97,12 @@ fn nested(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
             simpler.push(round(Family::Sphere, (a * b * c).cbrt()));
             simpler
         }
-        // A tube whose axis hardly bends, a sheet.
-        Family::Torus => vec![straightened(s, centroid), plane()],
+        // A tube whose axis hardly bends, a sheet; a neck or a barrel that hardly narrows.
+        Family::Torus => {
+            let mut simpler = about_axis(s, centroid);
+            simpler.extend([straightened(s, centroid), plane()]);
+            simpler
+        }
         Family::Plane => Vec::new(),
     }
 }
@@ -105,7 +111,7 @@ fn nested(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
 /// torus.
 fn is_straightened(bent: &Shape, straight: &Shape) -> bool {
     match bent.family {
-        Family::Torus => true,
+        Family::Torus => straight.family != Family::Cone,
         Family::Ellipsoid => straight.family != Family::Sphere,
         _ => false,
     }
@@ -128,6 +134,25 @@ fn stretched(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
     };
     let radius = (a * b).sqrt();
     vec![elliptic, Shape { family: Family::Cylinder, size: [radius, 0.0, 0.0], ..elliptic }]
+}
+
+/// The cone, or cylinder, about a torus's axis that touches it where its points lie. None where it is flat there.
+fn about_axis(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
+    let (q, w, o) = (centroid - s.origin, s.w(), s.offset(centroid));
+    let height = q.dot(&w);
+    let radial = (q - w * height).normalize();
+    let (out, up) = (o.normal.dot(&radial), o.normal.dot(&w));
+    let radius = (q - o.normal * o.distance).dot(&radial);
+    if out.abs() < FRAC_1_SQRT_2 || radius <= 0.0 {
+        return Vec::new();
+    }
+    let size = [radius, (-up / out).atan(), 0.0];
+    vec![Shape {
+        family: Family::Cone,
+        origin: s.origin + w * (height - o.distance * up),
+        size,
+        ..*s
+    }]
 }
 
 /// The cylinder along a torus's tube where its points lie.
@@ -161,6 +186,20 @@ mod tests {
             assert!(s.distance(&centroid).abs() < 1e-9, "{s:?}");
             assert!(s.w().cross(&Vec3::x()).norm() < 1e-12, "{s:?}");
         }
+    }
+
+    #[test]
+    fn a_neck_or_a_barrel_has_the_cone_that_touches_it() {
+        for (size, at) in [([30.0, 20.0, 0.0], 12.0), ([10.0, 500.0, 0.0], 510.0)] {
+            let torus = Shape::with_axis(Family::Torus, Vec3::new(1.0, 2.0, 3.0), Vec3::z(), size);
+            let centroid = torus.origin + Vec3::new(at, 0.0, 3.0);
+            let [cone] = about_axis(&torus, &centroid)[..] else { panic!("{size:?}") };
+            let (own, other) = (cone.offset(&centroid), torus.offset(&centroid));
+            assert!((own.distance.abs() - other.distance.abs()).abs() < 1e-9, "{own:?} {other:?}");
+            assert!(own.normal.cross(&other.normal).norm() < 1e-9, "{own:?} {other:?}");
+        }
+        let rim = Shape::with_axis(Family::Torus, Vec3::zeros(), Vec3::z(), [30.0, 2.0, 0.0]);
+        assert!(about_axis(&rim, &Vec3::new(30.1, 0.0, 2.0)).is_empty());
     }
 
     #[test]

@@ -74,6 +74,12 @@ pub fn hypotheses(
     if common && !seen && !clear(&found) && open < HALF.get() {
         return Ok(Looked::Suspected(found));
     }
+    if common && explained(&found, scene.len()) > PART.get() {
+        let found = judged(scene, families, found.clone());
+        if explained(&found, scene.len()) > PART.get() {
+            return Ok(Looked::Found(found, false));
+        }
+    }
     let little = if is_given && !families.rougher { HALF.get() } else { ROUGH.get() };
     if !common && open < little {
         return Ok(Looked::Found(found, true));
@@ -140,10 +146,17 @@ pub fn is_seen(scene: &Scene, model: &Partition, sigma: f64) -> bool {
     sum > SEEN.get() * points
 }
 
+/// Share of `n` points that lie in sound hypotheses. Where that is a good part, residuals go together on what is rougher than
+/// the surfaces that these are.
+fn explained(found: &[Hypothesis], n: usize) -> f64 {
+    let sound = found.iter().filter(|h| h.sound);
+    taken(sound, n).iter().filter(|t| **t).count() as f64 / n as f64
+}
+
 /// Which of `n` points lie in a hypothesis.
-fn taken(found: &[Hypothesis], n: usize) -> Vec<bool> {
+fn taken<'a>(found: impl IntoIterator<Item = &'a Hypothesis>, n: usize) -> Vec<bool> {
     let mut taken = vec![false; n];
-    found.iter().flat_map(|h| &h.support).for_each(|&i| taken[i as usize] = true);
+    found.into_iter().flat_map(|h| &h.support).for_each(|&i| taken[i as usize] = true);
     taken
 }
 
