@@ -174,7 +174,8 @@ pub fn with_rougher<'a>(
         }
 
         let own: Vec<Vec3> = left.iter().map(|&i| points[i as usize]).collect();
-        let noise = Noise { sigma, fills_volume: false, even: None, profiles: None, rougher: true };
+        let steps = all.scene.steps;
+        let noise = Noise { sigma, steps, rougher: true, ..Noise::default() };
         let next = Layer::of(&own, &noise, parameters, &quiet)?;
         vain = if next.labels.iter().all(|l| *l < 0) { vain + 1 } else { 0 };
         all.add(next, points, &left, monitor);
@@ -251,8 +252,7 @@ mod tests {
         let points: Vec<Vec3> =
             (0..4000).map(|k| sheet(random, if k < 2000 { SIGMA } else { 3.0 * SIGMA })).collect();
         let layer = |points: &[Vec3], sigma: f64| {
-            let noise =
-                Noise { sigma, fills_volume: false, even: None, profiles: None, rougher: true };
+            let noise = Noise { sigma, rougher: true, ..Noise::default() };
             Layer::of(points, &noise, &Parameters::default(), &Silent).unwrap()
         };
         let (fine, rough) = points.split_at(2000);

@@ -164,7 +164,7 @@ impl Left {
         monitor: &'a dyn Monitor,
     ) -> Result<Scene<'a>, Cancelled> {
         let points = self.open.iter().map(|&i| scene.points[i as usize]).collect();
-        let mut rest = Scene::on_profiles(points, scene.profiles, monitor)?;
+        let mut rest = Scene::on_profiles(points, scene.profiles, monitor)?.stepped(scene.steps);
         rest.sharpen_normals(sigma);
         Ok(rest)
     }

@@ -25,6 +25,8 @@ constants! {
     SEEN: f64 = 0.035, Trial(0.035, 0.035);
     /// Scatter of a surface over the noise below which the noise is not its own.
     FAR_LESS: f64 = 0.2, Trial(0.2, 0.2);
+    /// Points that tell how much of a surface's scatter is rounding.
+    ROUNDED: usize = 64, Effort("points looked at");
     /// Scatter over that of finer surfaces from which on these are found by themselves first.
     FAR: f64 = 3.0, Trial(3.0, 3.0);
 }
@@ -125,8 +127,12 @@ fn far_less(scene: &Scene, families: &Families, found: &[Hypothesis]) -> Option<
     let scatter = |h: &Hypothesis| {
         let is_large = h.sound && h.support.len() as f64 > PART.get() * scene.len() as f64;
         let ruler = Ruler::of(&h.shape);
-        let distances = h.support.iter().map(|&i| ruler.distance(&scene.points[i as usize]));
-        is_large.then(|| deviation(distances)).flatten()
+        let points = h.support.iter().map(|&i| &scene.points[i as usize]);
+        let few = points.clone().step_by(h.support.len().div_ceil(ROUNDED.get()).max(1));
+        let distances = points.map(|p| ruler.distance(p));
+        let own = is_large.then(|| deviation(distances)).flatten()?;
+        // On a level of steps next to nothing is left.
+        Some(own.max(scene.rounding(few.map(|p| (&h.shape, p)))))
     };
     let least = found.iter().filter_map(scatter).reduce(f64::min)?;
     let sigma = least.max(families.floor);
@@ -227,6 +233,28 @@ mod tests {
         };
         assert!((after(20.0 * SIGMA, 0.0) - 1.0).abs() < 0.3);
         assert!(after(20.0 * SIGMA, 20.0 * SIGMA) >= 20.0);
+    }
+
+    #[test]
+    fn a_floor_on_one_level_of_steps_leaves_the_noise_that_rounding_makes() {
+        let random = &mut Random::new(12);
+        let step = 2.0 * SIGMA;
+        let mut at = |k: usize| {
+            let (u, v) = (random.uniform(0.0, 10.0), random.uniform(0.0, 10.0));
+            let off = 0.5 * SIGMA * random.normal();
+            let p = if k.is_multiple_of(2) {
+                Vec3::new(u, v, off)
+            } else {
+                Vec3::new(u, 12.0 + off, v)
+            };
+            p.map(|x| (x / step).round() * step)
+        };
+        let points: Vec<Vec3> = (0..6000).map(&mut at).collect();
+        let scene = Scene::new(ordered(&points)).stepped([step; 3]);
+        let families =
+            &mut Families { sigma: SIGMA, floor: 0.0, max_radius: 1e4, ..fixtures::families() };
+        hypotheses(&scene, families, 1, (true, false), &mut (0, 0), &Silent).unwrap();
+        assert!(families.sigma > 0.5 * SIGMA, "{}", families.sigma);
     }
 
     #[test]

@@ -56,7 +56,7 @@ constants! {
 }
 
 /// What is known of a cloud's noise before any surface is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Noise {
     /// Standard deviation of the points along their normals; 0 where the points are exact.
     pub sigma: f64,
@@ -66,6 +66,8 @@ pub struct Noise {
     pub even: Option<Arc<[u32]>>,
     /// The profiles that these points lie on, where surfaces bend more along them than they are apart.
     pub profiles: Option<Profiles>,
+    /// The even step of each coordinate, nought where it has none.
+    pub steps: [f64; 3],
     /// Whether surfaces with less have been taken out.
     pub rougher: bool,
 }
@@ -77,19 +79,23 @@ pub struct Noise {
 /// and larger than what is not.
 pub fn estimate(points: &[Vec3], known: &[f64; 3], monitor: &dyn Monitor) -> Noise {
     let steps = coarser(&steps(points), known);
-    let Some(first) = Thinned::of(points, monitor).level(0).map(|p| Level::of(&p, &steps)) else {
+    Noise { steps, ..of_stepped(points, &steps, monitor) }
+}
+
+fn of_stepped(points: &[Vec3], steps: &[f64; 3], monitor: &dyn Monitor) -> Noise {
+    let Some(first) = Thinned::of(points, monitor).level(0).map(|p| Level::of(&p, steps)) else {
         return of_few(points);
     };
     let Some(Even { places, points: even, profiles }) = off_rows(points, &first, monitor) else {
-        return of_levels(points, vec![first], &steps, monitor);
+        return of_levels(points, vec![first], steps, monitor);
     };
     let seen = match profiles {
         Some(all) => even.iter().map(|p| all.drawn(p)).collect(),
         None => even,
     };
-    let levels = Thinned::of(&seen, monitor).level(0).map(|p| Level::of(&p, &steps));
+    let levels = Thinned::of(&seen, monitor).level(0).map(|p| Level::of(&p, steps));
     let noise = match levels {
-        Some(first) => of_levels(&seen, vec![first], &steps, monitor),
+        Some(first) => of_levels(&seen, vec![first], steps, monitor),
         None => of_few(&seen),
     };
     Noise { even: Some(places.into()), profiles, ..noise }
@@ -97,13 +103,7 @@ pub fn estimate(points: &[Vec3], known: &[f64; 3], monitor: &dyn Monitor) -> Noi
 
 /// The noise of points too few for levels.
 fn of_few(points: &[Vec3]) -> Noise {
-    Noise {
-        sigma: of_one_quadric(points),
-        fills_volume: false,
-        even: None,
-        profiles: None,
-        rougher: false,
-    }
+    Noise { sigma: of_one_quadric(points), ..Noise::default() }
 }
 
 /// What ever thinner levels of points tell, the first of them at hand.
@@ -138,7 +138,7 @@ fn of_levels(
     };
     let few = points.len() < FEW.get();
     let sigma = if few { of_one_quadric(points).min(sigma) } else { sigma };
-    Noise { sigma, fills_volume, even: None, profiles: None, rougher: false }
+    Noise { sigma, fills_volume, ..Noise::default() }
 }
 
 /// Scatter about the quadric of any type that fits all points best.

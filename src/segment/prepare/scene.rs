@@ -2,11 +2,13 @@
 
 use rayon::prelude::*;
 
+use crate::fit::Shape;
 use crate::geometry::Vec3;
 use crate::segment::prepare::candidates::K;
 use crate::segment::prepare::nearest::{Runs, Search};
 use crate::segment::prepare::normals::{consensus_normal, normal_of};
 use crate::segment::prepare::profiles::Profiles;
+use crate::segment::prepare::steps::rounding;
 use crate::segment::prepare::work::Work;
 use crate::segment::{Cancelled, Monitor};
 
@@ -29,6 +31,8 @@ pub struct Scene<'a> {
     pub spacing: f64,
     /// The profiles that its points lie on, drawn together where neighbours are looked for.
     pub profiles: Option<Profiles>,
+    /// The even step of each coordinate, nought where it has none: points scatter no less than rounding to these.
+    pub steps: [f64; 3],
     /// The work done on it.
     pub work: Work,
     /// Who may cancel the work on it.
@@ -66,6 +70,21 @@ impl<'a> Scene<'a> {
     /// The scene of points that had these places in a cloud.
     pub fn taken_from(self, places: Vec<u32>) -> Self {
         Self { places, ..self }
+    }
+
+    /// The scene of points whose coordinates come in such steps.
+    pub fn stepped(self, steps: [f64; 3]) -> Self {
+        Self { steps, ..self }
+    }
+
+    /// The scatter that rounding to the steps alone gives points along the normals of their surfaces.
+    pub fn rounding<'p>(&self, points: impl Iterator<Item = (&'p Shape, &'p Vec3)>) -> f64 {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for (shape, p) in points {
+            sum += rounding(&self.steps, &shape.offset(p).normal).powi(2);
+            n += 1.0;
+        }
+        if n > 0.0 { (sum / n).sqrt() } else { 0.0 }
     }
 
     /// The scene; half of one where `monitor` cancels meanwhile.
@@ -108,7 +127,18 @@ impl<'a> Scene<'a> {
         let spacing = *fourth.select_nth_unstable_by(mid, f64::total_cmp).1;
         let work = Work::default();
         let places = (0..n as u32).collect();
-        Self { points, places, normals, roughness, neighbours, spacing, profiles, work, monitor }
+        Self {
+            points,
+            places,
+            normals,
+            roughness,
+            neighbours,
+            spacing,
+            profiles,
+            steps: [0.0; 3],
+            work,
+            monitor,
+        }
     }
 
     /// Whether the work on the scene is to stop. Loops over points, regions or pairs of them ask it every few

@@ -56,7 +56,9 @@ pub fn discover<'a>(
     let at = |k: usize| estimated.even.as_ref().map_or(k, |even| even[k] as usize);
     let places: Vec<u32> = (0..m).map(|k| at(place(k, m, n)) as u32).collect();
     let taken = places.iter().map(|&i| points[i as usize]).collect();
-    let mut scene = Scene::on_profiles(taken, estimated.profiles, monitor)?.taken_from(places);
+    let mut scene = Scene::on_profiles(taken, estimated.profiles, monitor)?
+        .taken_from(places)
+        .stepped(estimated.steps);
     let extent = extent(&scene.points);
     let rounding = rounding(&scene.points);
     let noise = parameters.noise_sigma.unwrap_or(estimated.sigma).max(rounding);
