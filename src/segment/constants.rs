@@ -31,6 +31,7 @@ static FILES: &[Table] = &[
     hints::extend::CONSTANTS,
     hints::local::CONSTANTS,
     hints::place::CONSTANTS,
+    whole::CONSTANTS,
     hints::split::CONSTANTS,
     hints::surface::CONSTANTS,
     label::changes::CONSTANTS,

@@ -9,7 +9,8 @@ use crate::segment::prepare::distinct::distinct_points;
 use crate::segment::prepare::noise;
 use crate::segment::prepare::steps::resolution;
 use crate::segment::sample::discovery::rounding;
-use crate::segment::{Monitor, Parameters, SegmentError, Segmentation, Stage, report};
+use crate::segment::whole::{Whole, one_surface};
+use crate::segment::{Monitor, Parameters, SegmentError, Segmentation, Stage, objective, report};
 
 /// Finds the surfaces of a cloud by orthogonal distance.
 ///
@@ -57,9 +58,16 @@ pub fn find<'a>(
     monitor.check()?;
     let first = Layer::of(&points, &noise, parameters, monitor)?;
     let rounding = rounding(&first.scene.points);
-    let noise = first.noise;
-    let Layer { scene, shapes, labels, reaches, sigmas, counters, .. } =
+    let mut noise = first.noise;
+    let Layer { scene, mut shapes, mut labels, mut reaches, mut sigmas, counters, .. } =
         layers::with_rougher(first, &points, parameters, monitor)?;
+    if shapes.is_empty()
+        && let Some(Whole { shape, sigma, labels: all }) =
+            one_surface(&points, parameters.noise_sigma, monitor)
+    {
+        (shapes, labels, noise) = (vec![shape], all, sigma);
+        (reaches, sigmas) = (vec![objective::ACCEPT.get() * sigma], vec![sigma]);
+    }
     let told = vec![None; shapes.len()];
     let mut found = Found {
         points,

@@ -48,6 +48,7 @@ mod result;
 mod sample;
 pub mod tiles;
 mod union;
+mod whole;
 
 pub use constants::constants;
 pub use deviation::{Measures, deviations, surface_normals};

@@ -46,6 +46,7 @@ mod zone;
 pub use asked::Asked;
 pub use assess::{Feature, FormError, assess};
 pub use association::Association;
+pub use auto::simplest;
 pub use condition::Condition;
 pub use descend::Freedoms;
 pub use element::{Circle, Element, Line};
