@@ -2,8 +2,9 @@
 //!
 //! Of m lobes r = a cos(m t) + b sin(m t) a fit to part of a turn takes some for its own parameters, and what it leaves tells how much that
 //! was: for each m the amplitudes are estimated from the residuals with what the parameters could have taken counted in, and
-//! weighed by their likelihood, over all m and all sizes of amplitudes. Only where some m stands out of independent noise by far is
-//! anything done: the parameters then get the uncertainty of what the lobes may have moved them by.
+//! weighed by their likelihood, over all m and all sizes of amplitudes. Only where some m stands out of noise by far is
+//! anything done: the parameters then get the uncertainty of what the lobes may have moved them by. Noise that neighbours share has
+//! some of every m: lobes stand out where what is left without them shakes them less by far.
 
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
@@ -12,7 +13,8 @@ use super::fixed::Fixed;
 use super::kind::FeatureType;
 use super::pose::{Pose, SLOTS};
 use super::rows::Gauge;
-use super::small::inverse;
+use super::small::{Square, inverse};
+use super::together::{Together, slope};
 use crate::fit::Shape;
 use crate::geometry::Vec3;
 
@@ -53,7 +55,7 @@ impl Lobes {
         let free = Fixed::default().freedoms(pose.kind);
         let jj = normal(&pose, &some, &free).jj;
         let information = DMatrix::from_fn(free.count(), free.count(), |a, b| jj[a][b]);
-        lobes(&pose, &some, &free, &inverse(&information)?)
+        lobes(&pose, &some, &free, &jj, &inverse(&information)?)
     }
 
     /// Points with what the parameters leave of the lobes of the likeliest count taken out.
@@ -67,12 +69,13 @@ fn has_axis(pose: &Pose) -> bool {
     matches!(pose.kind, Circle | Cone | Cylinder | Torus)
 }
 
-/// The lobes about a least-squares pose with inverse information `inverse` of its open places; `None` where the type has no axis that
+/// The lobes about a least-squares pose with J'J `jj` of its open places, whose inverse is `inverse`; `None` where the type has no axis that
 /// they could repeat about, or none stand out.
 pub fn lobes(
     pose: &Pose,
     points: &[Vec3],
     free: &Freedoms,
+    jj: &Square,
     inverse: &DMatrix<f64>,
 ) -> Option<Lobes> {
     if !has_axis(pose) {
@@ -90,9 +93,16 @@ pub fn lobes(
     if sq.is_nan() || sq <= 0.0 || best.explained() < STANDS_OUT * sq {
         return None;
     }
-    let moved = moved(&all, best, sq);
+    let rest = best.taken_out(&rows, points);
+    let deviation = sq.sqrt();
+    let together = Together::of(pose, &rest, free, jj, deviation);
+    let noise = sq * together.along(deviation, |x| best.height(pose, free, x));
+    if best.explained() < STANDS_OUT * noise {
+        return None;
+    }
+    let moved = moved(&all, best, noise);
     let (pose, free, likeliest) = (*pose, *free, all.swap_remove(place));
-    Some(Lobes { moved, deviation: sq.sqrt(), pose, free, likeliest })
+    Some(Lobes { moved, deviation, pose, free, likeliest })
 }
 
 /// Takes out of the residuals what the parameters could: a surface that others than its points decided upon is not the nearest to these.
@@ -217,6 +227,17 @@ impl Count {
     /// What of the sum of squares they explain.
     fn explained(&self) -> f64 {
         self.amplitudes().dot(&self.along)
+    }
+
+    /// How high what the parameters leave of the lobes is beside `x`.
+    fn height(&self, pose: &Pose, free: &Freedoms, x: &Vec3) -> f64 {
+        let amplitudes = self.vectors * self.amplitudes();
+        let by = &self.moved * DMatrix::from_column_slice(2, 1, self.amplitudes().as_slice());
+        let q = pose.frame.tr_mul(&(x - pose.origin));
+        let (sin, cos) = (self.lobes * q.y.atan2(q.x)).sin_cos();
+        let slope = slope(&Gauge::of(pose), x, free, 0);
+        let own: f64 = (0..by.nrows()).map(|a| slope[a] * by[(a, 0)]).sum();
+        amplitudes[0] * cos + amplitudes[1] * sin + own
     }
 
     /// The points with what the parameters leave of the lobes taken out.

@@ -7,7 +7,7 @@
 //! - `starts`, `tori`: where fits begin, from points alone;
 //! - `rows`, `foot`: distances and their derivatives, to machine accuracy;
 //! - `descend`, `gauss`: orthogonal least squares;
-//! - `assess`: a feature with all that is known of it (`exactness`, `lobes`, `profile`, `terms`, `condition`, `student`);
+//! - `assess`: a feature with all that is known of it (`exactness`, `lobes`, `together`, `profile`, `terms`, `condition`, `student`);
 //! - `exchange`, `zone`, `settle`, `ties`, `extreme`: minimum zones, circumscribed and inscribed features;
 //! - `noise`, `reach`: how far noise reaches, and how exactly such features are known;
 //! - `auto`: which type points are of.
@@ -40,6 +40,7 @@ mod starts;
 mod student;
 mod terms;
 mod ties;
+mod together;
 mod tori;
 mod zone;
 
