@@ -2,7 +2,8 @@
 //! and the errors set beside the uncertainties that the fits tell.
 //!
 //! `cargo run --release --no-default-features --example coverage [-- KEY=VALUE,VALUE ...]` prints one row a cell, then
-//! figures pooled by type and noise, and the cells outside the targets by more than chance (two standard errors).
+//! figures pooled by type and noise (of cells in which at least twenty draws told), and the cells outside the targets by
+//! more than chance (two standard errors).
 //! Keys, each with any of its values: `type` (names of types), `arc` (degrees), `sigma` (noise over the radius), `n`
 //! (points), `noise` (`white`, `correlated`, `lobed`, `stepped`), `sampling` (`even`, `scan`), `draws`, `seed`.
 //!

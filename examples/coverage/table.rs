@@ -8,7 +8,7 @@ use crate::score::{Component, GROUPS, Score, parameters};
 /// Error over uncertainty in each cell, and coverage.
 const RATIO: (f64, f64) = (0.9, 1.1);
 const COVERED: (f64, f64) = (0.93, 0.97);
-/// Fewest draws that tell for a cell to be judged.
+/// Fewest draws that tell for a cell to be judged, and counted in pooled figures.
 const JUDGED: f64 = 20.0;
 
 /// Figures of one group of parameters, or of several pooled; sums weighed by draws that told.
@@ -38,8 +38,12 @@ impl Figures {
         Self { draws: draws as f64, told, held: told * held, sq_ratio: told * ratio }
     }
 
+    /// Counts a cell in; where so few draws told that it is not judged, its draws alone.
     fn add(&mut self, other: &Self) {
         self.draws += other.draws;
+        if other.told < JUDGED {
+            return;
+        }
         self.told += other.told;
         self.held += other.held;
         self.sq_ratio += other.sq_ratio;

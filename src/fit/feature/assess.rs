@@ -30,8 +30,9 @@ pub struct Feature {
     pub exactness: Option<Exactness>,
     /// How far the points' noise reaches, a length: a form error is known to twice that. `None` as with `exactness`.
     pub noise: Option<Noise>,
-    /// Parameters that the points do not tell: less than three standard uncertainties from zero, or directions known to no
-    /// better than a third of a radian.
+    /// Parameters that the points do not tell: sizes less than three standard uncertainties from zero or told less well than their
+    /// uncertainty says, what hangs on these, directions known to no better than a third of a radian, and all of a feature that is
+    /// thinner than its noise.
     pub unknown: Vec<&'static str>,
     /// How well the points determine it.
     pub condition: Condition,

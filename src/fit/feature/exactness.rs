@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::asked::Asked;
 use super::descend::residuals;
+use super::kind::FeatureType;
 use super::lobes::lobes;
 use super::pose::Pose;
 use super::profile::untold;
@@ -105,7 +106,8 @@ pub fn exactness(
     let by_untold = by_untold.iter().zip(&factors).map(|(v, f)| v * f * f).collect();
     let sq_size = points.iter().map(Vec3::norm_squared).sum::<f64>() / points.len() as f64;
     let size = sq_size.sqrt() * scale;
-    let told = Told { covariance, k, scale, type_b: asked.type_b, size, by_untold };
+    let is_thin = is_thin(pose, s);
+    let told = Told { covariance, k, scale, type_b: asked.type_b, size, by_untold, is_thin };
     let (parameters, rows, unknown) = told.parameters(terms);
     let row = |&a: &usize| rows.iter().map(|&b| told.covariance[(a, b)]).collect();
     let covariance = rows.iter().map(row).collect();
@@ -131,6 +133,19 @@ struct Told {
     /// What of the variance of each component comes by sizes that are told less well than `covariance` says; empty where there
     /// are none.
     by_untold: Vec<f64>,
+    /// Whether the feature is thinner than its noise.
+    is_thin: bool,
+}
+
+/// A size of fewer standard deviations of the noise is none. Of 20 points one lies on the other side of the middle then; and a cylinder
+/// round the points of a line is 1.9 wide, as it is always nearer to them than the line.
+const THIN: f64 = 2.0;
+
+/// Whether a pose is thinner than noise of deviation `s`.
+fn is_thin(pose: &Pose, s: f64) -> bool {
+    let free = pose.kind.slots().iter().filter_map(|slot| slot.checked_sub(6));
+    // a cone has no thickness: its radius beside the points may be zero
+    pose.kind != FeatureType::Cone && free.map(|k| pose.size[k]).any(|size| size < THIN * s)
 }
 
 /// Share of a parameter's variance that may come by an untold size: without it, its standard uncertainty is less by a tenth.
@@ -163,8 +178,11 @@ impl Told {
                 term.values.iter().map(|v| v * factor(&term, self.scale)).collect();
             let scatter = self.scatter(term.nature, from, width);
             let is_told = match term.nature {
+                _ if self.is_thin => false,
                 Nature::Size | Nature::Angle if !self.by_untold.is_empty() => false,
                 _ if self.is_by_untold(from, width) => false,
+                // which direction is the first is told by the sizes
+                Nature::Direction if width > 3 && !self.by_untold.is_empty() => false,
                 Nature::Point => true,
                 Nature::Direction => scatter.iter().all(|u| *u < TOLD),
                 _ => scatter.iter().zip(&values).all(|(u, v)| *u < TOLD * v.abs()),

@@ -6,15 +6,15 @@
 //! anything done: the parameters then get the uncertainty of what the lobes may have moved them by. Noise that neighbours share has
 //! some of every m: lobes stand out where what is left without them shakes them less by far.
 
-use nalgebra::{DMatrix, Matrix2, Vector2};
+use nalgebra::DMatrix;
 
+use super::count::{Count, Row, rows};
 use super::descend::{Freedoms, normal};
 use super::fixed::Fixed;
 use super::kind::FeatureType;
-use super::pose::{Pose, SLOTS};
-use super::rows::Gauge;
+use super::pose::Pose;
 use super::small::{Square, inverse};
-use super::together::{Together, slope};
+use super::together::Together;
 use crate::fit::Shape;
 use crate::geometry::Vec3;
 
@@ -29,8 +29,6 @@ const AMPLITUDES: i32 = 12;
 const LEAST: i32 = -2;
 /// Most points of a region that they are looked for in.
 const MOST: usize = 4000;
-/// Share of what lobes are that is rounding where the parameters take them wholly.
-const ROUNDING: f64 = 1e-12;
 
 /// What lobes do to a feature.
 pub struct Lobes {
@@ -65,8 +63,8 @@ impl Lobes {
 }
 
 fn has_axis(pose: &Pose) -> bool {
-    use FeatureType::{Circle, Cone, Cylinder, Torus};
-    matches!(pose.kind, Circle | Cone | Cylinder | Torus)
+    use FeatureType::{Circle, Cone, Cylinder, EllipticCylinder, Torus};
+    matches!(pose.kind, Circle | Cone | Cylinder | EllipticCylinder | Torus)
 }
 
 /// The lobes about a least-squares pose with J'J `jj` of its open places, whose inverse is `inverse`; `None` where the type has no axis that
@@ -144,113 +142,6 @@ fn moved(all: &[Count], best: &Count, sq: f64) -> DMatrix<f64> {
         }
     }
     sum / weights
-}
-
-/// A point's row.
-struct Row {
-    angle: f64,
-    residual: f64,
-    slope: [f64; SLOTS],
-    normal: Vec3,
-}
-
-fn rows(pose: &Pose, points: &[Vec3], free: &Freedoms) -> Vec<Row> {
-    let gauge = Gauge::of(pose);
-    points
-        .iter()
-        .map(|x| {
-            let q = pose.frame.tr_mul(&(x - pose.origin));
-            let mut row = Row {
-                angle: q.y.atan2(q.x),
-                residual: 0.0,
-                slope: [0.0; SLOTS],
-                normal: Vec3::zeros(),
-            };
-            let mut is_first = true;
-            gauge.rows(x, |d, slopes| {
-                // of a circle the one within its plane
-                if std::mem::take(&mut is_first) {
-                    row.residual = d;
-                    row.normal = pose.frame * -Vec3::new(slopes[0], slopes[1], slopes[2]);
-                    for (a, &slot) in free.slots().iter().enumerate() {
-                        row.slope[a] = slopes[slot];
-                    }
-                }
-            });
-            row
-        })
-        .collect()
-}
-
-/// What so many lobes F explain.
-struct Count {
-    lobes: f64,
-    /// F'F of what the parameters J leave of F: its eigenvalues, zero where rounding is left, and its eigenvectors.
-    values: Vector2<f64>,
-    vectors: Matrix2<f64>,
-    /// F'r along these.
-    along: Vector2<f64>,
-    /// How the places move by an amplitude along each: -(J'J)^-1 J'F.
-    moved: DMatrix<f64>,
-}
-
-impl Count {
-    fn of(lobes: usize, rows: &[Row], inverse: &DMatrix<f64>) -> Self {
-        let (p, lobes) = (inverse.nrows(), lobes as f64);
-        let (mut ff, mut fr, mut jf) = (Matrix2::zeros(), Vector2::zeros(), DMatrix::zeros(p, 2));
-        for row in rows {
-            let (sin, cos) = (lobes * row.angle).sin_cos();
-            let f = Vector2::new(cos, sin);
-            ff += f * f.transpose();
-            fr += f * row.residual;
-            for a in 0..p {
-                jf[(a, 0)] += row.slope[a] * cos;
-                jf[(a, 1)] += row.slope[a] * sin;
-            }
-        }
-        let by = inverse * &jf;
-        let taken = jf.transpose() * &by;
-        let e = (ff - Matrix2::from_fn(|a, b| taken[(a, b)])).symmetric_eigen();
-        let least = ROUNDING * ff.trace();
-        let vectors = e.eigenvectors;
-        let moved = -(by * DMatrix::from_fn(2, 2, |a, b| vectors[(a, b)]));
-        let values = e.eigenvalues.map(|l| if l > least { l } else { 0.0 });
-        Self { lobes, values, vectors, along: vectors.transpose() * fr, moved }
-    }
-
-    /// Amplitudes along the eigenvectors by least squares.
-    fn amplitudes(&self) -> Vector2<f64> {
-        let of = |j: usize| if self.values[j] > 0.0 { self.along[j] / self.values[j] } else { 0.0 };
-        Vector2::new(of(0), of(1))
-    }
-
-    /// What of the sum of squares they explain.
-    fn explained(&self) -> f64 {
-        self.amplitudes().dot(&self.along)
-    }
-
-    /// How high what the parameters leave of the lobes is beside `x`.
-    fn height(&self, pose: &Pose, free: &Freedoms, x: &Vec3) -> f64 {
-        let amplitudes = self.vectors * self.amplitudes();
-        let by = &self.moved * DMatrix::from_column_slice(2, 1, self.amplitudes().as_slice());
-        let q = pose.frame.tr_mul(&(x - pose.origin));
-        let (sin, cos) = (self.lobes * q.y.atan2(q.x)).sin_cos();
-        let slope = slope(&Gauge::of(pose), x, free, 0);
-        let own: f64 = (0..by.nrows()).map(|a| slope[a] * by[(a, 0)]).sum();
-        amplitudes[0] * cos + amplitudes[1] * sin + own
-    }
-
-    /// The points with what the parameters leave of the lobes taken out.
-    fn taken_out(&self, rows: &[Row], points: &[Vec3]) -> Vec<Vec3> {
-        let amplitudes = self.vectors * self.amplitudes();
-        let by = &self.moved * DMatrix::from_column_slice(2, 1, self.amplitudes().as_slice());
-        let one = |(row, x): (&Row, &Vec3)| {
-            let (sin, cos) = (self.lobes * row.angle).sin_cos();
-            let own: f64 = (0..by.nrows()).map(|a| row.slope[a] * by[(a, 0)]).sum();
-            x - row.normal * (amplitudes[0] * cos + amplitudes[1] * sin + own)
-        };
-        rows.iter().zip(points).map(one).collect()
-    }
 }
 
 #[cfg(test)]

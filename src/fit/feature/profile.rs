@@ -14,9 +14,8 @@ use crate::geometry::Vec3;
 
 /// Standard uncertainties of an expanded uncertainty, in the test.
 const K: f64 = 2.0;
-/// Where the profile is looked at, in expanded uncertainties: by there it must have risen as a parabola does within one. A normal
-/// estimate whose deviation to one side is so many times larger lies within two on 93 % of draws instead of 95.
-const AT: f64 = 1.2;
+/// Where the profile is looked at, in expanded uncertainties: by there it must have risen as a parabola does within one.
+const AT: f64 = 1.5;
 /// Share of a size below which a standard uncertainty is small: what bends is then so nearly a parabola that it is not looked at.
 const SMALL: f64 = 0.01;
 /// Most points that it is looked at on: some stand for more.
