@@ -28,18 +28,27 @@ pub struct Block {
 }
 
 /// A point of a surface, and how far from there a point was seen.
-type Foot = (Vec3, f64);
+pub type Foot = (Vec3, f64);
 
 /// `points` in blocks of nearly equal numbers, parted by where their feet are on the surface: by their own places, noise
 /// would decide on which side of a cut points lie, and those of one side of the surface go together.
 pub fn blocks(shape: &Shape, points: &[Vec3]) -> Vec<Block> {
-    let mut feet: Vec<Foot> = points.iter().map(|p| foot(shape, p)).collect();
-    let cuts = (points.len() / LEAST.get()).min(BLOCKS.get()).checked_ilog2().unwrap_or(0);
+    let feet = points.iter().map(|p| foot(shape, p)).collect();
+    blocks_of(feet, |at| {
+        let mut slope = [0.0; MAX_DOF];
+        shape.distance_jacobian(at, &mut slope);
+        slope
+    })
+}
+
+/// The same of `feet` on anything whose distance has the derivatives `slope` by what is open of it.
+pub fn blocks_of(mut feet: Vec<Foot>, slope: impl Fn(&Vec3) -> [f64; MAX_DOF]) -> Vec<Block> {
+    let cuts = (feet.len() / LEAST.get()).min(BLOCKS.get()).checked_ilog2().unwrap_or(0);
     let mut pieces = vec![feet.as_mut_slice()];
     for _ in 0..cuts {
         pieces = pieces.into_iter().flat_map(halves).collect();
     }
-    pieces.into_iter().filter(|p| !p.is_empty()).map(|p| Block::of(shape, p)).collect()
+    pieces.into_iter().filter(|p| !p.is_empty()).map(|p| Block::of(p, &slope)).collect()
 }
 
 fn foot(shape: &Shape, p: &Vec3) -> Foot {
@@ -63,13 +72,12 @@ fn halves(feet: &mut [Foot]) -> [&mut [Foot]; 2] {
 }
 
 impl Block {
-    fn of(shape: &Shape, feet: &[Foot]) -> Self {
+    fn of(feet: &[Foot], slope_at: &impl Fn(&Vec3) -> [f64; MAX_DOF]) -> Self {
         let count = feet.len() as f64;
         let stride = feet.len().div_ceil(SLOPES.get()).max(1);
-        let (mut slope, mut one) = ([0.0; MAX_DOF], [0.0; MAX_DOF]);
+        let mut slope = [0.0; MAX_DOF];
         for foot in feet.iter().step_by(stride) {
-            shape.distance_jacobian(&foot.0, &mut one);
-            slope.iter_mut().zip(one).for_each(|(sum, j)| *sum += j);
+            slope.iter_mut().zip(slope_at(&foot.0)).for_each(|(sum, j)| *sum += j);
         }
         let some = feet.len().div_ceil(stride) as f64;
         Self {

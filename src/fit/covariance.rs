@@ -39,7 +39,8 @@ impl Spread {
         Self::with(information, blocks, deviation)
     }
 
-    fn with(information: DMatrix<f64>, blocks: Vec<Block>, deviation: f64) -> Self {
+    /// That of blocks of points whose distances have deviation `deviation` and tell `information`.
+    pub fn with(information: DMatrix<f64>, blocks: Vec<Block>, deviation: f64) -> Self {
         let correlation = Correlation::of(&blocks, information.nrows(), deviation);
         Self { information, blocks, deviation, correlation }
     }
@@ -56,6 +57,12 @@ impl Spread {
             out += &inverse * self.together() * &inverse;
         }
         out * (sigma * sigma)
+    }
+
+    /// J'CJ, C the correlations of the residuals in units of the square of their deviation.
+    pub fn shaken(&self) -> DMatrix<f64> {
+        let Correlation { white, short, .. } = self.correlation;
+        &self.information * (white + short) + self.together()
     }
 
     /// [`covariance`](Self::covariance) of the degrees of freedom that are `free`, where the others are known: their rows

@@ -1,5 +1,7 @@
 //! A fitted feature with all that is known of it: uncertainty, condition, form, outliers.
 
+use std::borrow::Cow;
+
 use super::asked::Asked;
 use super::association::Association;
 use super::condition::{Condition, condition};
@@ -10,7 +12,7 @@ use super::extreme::{extreme, opened};
 use super::fixed::Fixed;
 use super::gauss::{Least, Local, least};
 use super::kind::FeatureType;
-use super::noise::Noise;
+use super::noise::{Foot, Noise};
 use super::pose::Pose;
 use super::reach::{self, Known, left_to_least_squares};
 use super::rows::Gauge;
@@ -28,8 +30,9 @@ pub struct Feature {
     pub exactness: Option<Exactness>,
     /// How far the points' noise reaches, a length: a form error is known to twice that. `None` as with `exactness`.
     pub noise: Option<Noise>,
-    /// Parameters that the points do not tell: less than three standard uncertainties from zero, or directions known to no
-    /// better than a third of a radian.
+    /// Parameters that the points do not tell: sizes less than three standard uncertainties from zero or told less well than their
+    /// uncertainty says, what hangs on these, directions known to no better than a third of a radian, and all of a feature that is
+    /// thinner than its noise.
     pub unknown: Vec<&'static str>,
     /// How well the points determine it.
     pub condition: Condition,
@@ -120,7 +123,7 @@ fn describe(
     let free = fixed.freedoms(kind);
     let mean = some.iter().sum::<Vec3>() / some.len() as f64;
     let pose = fit.pose.recentred(&mean);
-    let sums = normal(&pose, some, &free);
+    let sums = normal(&pose, &feet(&pose, some), &free);
     let condition = condition(&pose, &sums.jj, &free);
     if condition.is_singular() {
         return Err(FitError::Free { kind, directions: condition.weakest });
@@ -210,6 +213,15 @@ fn in_input(held: Held, scale: f64, used: &[usize]) -> Held {
         contacts: held.contacts.iter().map(|c| Contact { index: used[c.index], ..*c }).collect(),
         ..held
     }
+}
+
+/// Where derivatives are taken: of a curve beside the points, as the noise along one normal is no lever of the other's distances.
+/// Of surfaces they are the same at a point.
+fn feet<'a>(pose: &Pose, points: &'a [Vec3]) -> Cow<'a, [Vec3]> {
+    if pose.kind.rows() == 1 {
+        return points.into();
+    }
+    points.iter().map(|x| Foot::of(pose, x).at).collect()
 }
 
 fn peak_to_valley(pose: &Pose, points: &[Vec3]) -> f64 {

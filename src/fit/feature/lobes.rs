@@ -2,17 +2,19 @@
 //!
 //! Of m lobes r = a cos(m t) + b sin(m t) a fit to part of a turn takes some for its own parameters, and what it leaves tells how much that
 //! was: for each m the amplitudes are estimated from the residuals with what the parameters could have taken counted in, and
-//! weighed by their likelihood, over all m and all sizes of amplitudes. Only where some m stands out of independent noise by far is
-//! anything done: the parameters then get the uncertainty of what the lobes may have moved them by.
+//! weighed by their likelihood, over all m and all sizes of amplitudes. Only where some m stands out of noise by far is
+//! anything done: the parameters then get the uncertainty of what the lobes may have moved them by. Noise that neighbours share has
+//! some of every m: lobes stand out where what is left without them shakes them less by far.
 
-use nalgebra::{DMatrix, Matrix2, Vector2};
+use nalgebra::DMatrix;
 
+use super::count::{Count, Row, rows};
 use super::descend::{Freedoms, normal};
 use super::fixed::Fixed;
 use super::kind::FeatureType;
-use super::pose::{Pose, SLOTS};
-use super::rows::Gauge;
-use super::small::inverse;
+use super::pose::Pose;
+use super::small::{Square, inverse};
+use super::together::Together;
 use crate::fit::Shape;
 use crate::geometry::Vec3;
 
@@ -27,8 +29,6 @@ const AMPLITUDES: i32 = 12;
 const LEAST: i32 = -2;
 /// Most points of a region that they are looked for in.
 const MOST: usize = 4000;
-/// Share of what lobes are that is rounding where the parameters take them wholly.
-const ROUNDING: f64 = 1e-12;
 
 /// What lobes do to a feature.
 pub struct Lobes {
@@ -53,7 +53,7 @@ impl Lobes {
         let free = Fixed::default().freedoms(pose.kind);
         let jj = normal(&pose, &some, &free).jj;
         let information = DMatrix::from_fn(free.count(), free.count(), |a, b| jj[a][b]);
-        lobes(&pose, &some, &free, &inverse(&information)?)
+        lobes(&pose, &some, &free, &jj, &inverse(&information)?)
     }
 
     /// Points with what the parameters leave of the lobes of the likeliest count taken out.
@@ -63,16 +63,17 @@ impl Lobes {
 }
 
 fn has_axis(pose: &Pose) -> bool {
-    use FeatureType::{Circle, Cone, Cylinder, Torus};
-    matches!(pose.kind, Circle | Cone | Cylinder | Torus)
+    use FeatureType::{Circle, Cone, Cylinder, EllipticCylinder, Torus};
+    matches!(pose.kind, Circle | Cone | Cylinder | EllipticCylinder | Torus)
 }
 
-/// The lobes about a least-squares pose with inverse information `inverse` of its open places; `None` where the type has no axis that
+/// The lobes about a least-squares pose with J'J `jj` of its open places, whose inverse is `inverse`; `None` where the type has no axis that
 /// they could repeat about, or none stand out.
 pub fn lobes(
     pose: &Pose,
     points: &[Vec3],
     free: &Freedoms,
+    jj: &Square,
     inverse: &DMatrix<f64>,
 ) -> Option<Lobes> {
     if !has_axis(pose) {
@@ -90,9 +91,16 @@ pub fn lobes(
     if sq.is_nan() || sq <= 0.0 || best.explained() < STANDS_OUT * sq {
         return None;
     }
-    let moved = moved(&all, best, sq);
+    let rest = best.taken_out(&rows, points);
+    let deviation = sq.sqrt();
+    let together = Together::of(pose, &rest, free, jj, deviation);
+    let noise = sq * together.along(deviation, |x| best.height(pose, free, x));
+    if best.explained() < STANDS_OUT * noise {
+        return None;
+    }
+    let moved = moved(&all, best, noise);
     let (pose, free, likeliest) = (*pose, *free, all.swap_remove(place));
-    Some(Lobes { moved, deviation: sq.sqrt(), pose, free, likeliest })
+    Some(Lobes { moved, deviation, pose, free, likeliest })
 }
 
 /// Takes out of the residuals what the parameters could: a surface that others than its points decided upon is not the nearest to these.
@@ -134,102 +142,6 @@ fn moved(all: &[Count], best: &Count, sq: f64) -> DMatrix<f64> {
         }
     }
     sum / weights
-}
-
-/// A point's row.
-struct Row {
-    angle: f64,
-    residual: f64,
-    slope: [f64; SLOTS],
-    normal: Vec3,
-}
-
-fn rows(pose: &Pose, points: &[Vec3], free: &Freedoms) -> Vec<Row> {
-    let gauge = Gauge::of(pose);
-    points
-        .iter()
-        .map(|x| {
-            let q = pose.frame.tr_mul(&(x - pose.origin));
-            let mut row = Row {
-                angle: q.y.atan2(q.x),
-                residual: 0.0,
-                slope: [0.0; SLOTS],
-                normal: Vec3::zeros(),
-            };
-            let mut is_first = true;
-            gauge.rows(x, |d, slopes| {
-                // of a circle the one within its plane
-                if std::mem::take(&mut is_first) {
-                    row.residual = d;
-                    row.normal = pose.frame * -Vec3::new(slopes[0], slopes[1], slopes[2]);
-                    for (a, &slot) in free.slots().iter().enumerate() {
-                        row.slope[a] = slopes[slot];
-                    }
-                }
-            });
-            row
-        })
-        .collect()
-}
-
-/// What so many lobes F explain.
-struct Count {
-    lobes: f64,
-    /// F'F of what the parameters J leave of F: its eigenvalues, zero where rounding is left, and its eigenvectors.
-    values: Vector2<f64>,
-    vectors: Matrix2<f64>,
-    /// F'r along these.
-    along: Vector2<f64>,
-    /// How the places move by an amplitude along each: -(J'J)^-1 J'F.
-    moved: DMatrix<f64>,
-}
-
-impl Count {
-    fn of(lobes: usize, rows: &[Row], inverse: &DMatrix<f64>) -> Self {
-        let (p, lobes) = (inverse.nrows(), lobes as f64);
-        let (mut ff, mut fr, mut jf) = (Matrix2::zeros(), Vector2::zeros(), DMatrix::zeros(p, 2));
-        for row in rows {
-            let (sin, cos) = (lobes * row.angle).sin_cos();
-            let f = Vector2::new(cos, sin);
-            ff += f * f.transpose();
-            fr += f * row.residual;
-            for a in 0..p {
-                jf[(a, 0)] += row.slope[a] * cos;
-                jf[(a, 1)] += row.slope[a] * sin;
-            }
-        }
-        let by = inverse * &jf;
-        let taken = jf.transpose() * &by;
-        let e = (ff - Matrix2::from_fn(|a, b| taken[(a, b)])).symmetric_eigen();
-        let least = ROUNDING * ff.trace();
-        let vectors = e.eigenvectors;
-        let moved = -(by * DMatrix::from_fn(2, 2, |a, b| vectors[(a, b)]));
-        let values = e.eigenvalues.map(|l| if l > least { l } else { 0.0 });
-        Self { lobes, values, vectors, along: vectors.transpose() * fr, moved }
-    }
-
-    /// Amplitudes along the eigenvectors by least squares.
-    fn amplitudes(&self) -> Vector2<f64> {
-        let of = |j: usize| if self.values[j] > 0.0 { self.along[j] / self.values[j] } else { 0.0 };
-        Vector2::new(of(0), of(1))
-    }
-
-    /// What of the sum of squares they explain.
-    fn explained(&self) -> f64 {
-        self.amplitudes().dot(&self.along)
-    }
-
-    /// The points with what the parameters leave of the lobes taken out.
-    fn taken_out(&self, rows: &[Row], points: &[Vec3]) -> Vec<Vec3> {
-        let amplitudes = self.vectors * self.amplitudes();
-        let by = &self.moved * DMatrix::from_column_slice(2, 1, self.amplitudes().as_slice());
-        let one = |(row, x): (&Row, &Vec3)| {
-            let (sin, cos) = (self.lobes * row.angle).sin_cos();
-            let own: f64 = (0..by.nrows()).map(|a| row.slope[a] * by[(a, 0)]).sum();
-            x - row.normal * (amplitudes[0] * cos + amplitudes[1] * sin + own)
-        };
-        rows.iter().zip(points).map(one).collect()
-    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //! - `starts`, `tori`: where fits begin, from points alone;
 //! - `rows`, `foot`: distances and their derivatives, to machine accuracy;
 //! - `descend`, `gauss`: orthogonal least squares;
-//! - `assess`: a feature with all that is known of it (`exactness`, `lobes`, `profile`, `terms`, `condition`, `student`);
+//! - `assess`: a feature with all that is known of it (`exactness`, `lobes` and `count`, `together`, `profile`, `terms`, `condition`, `student`);
 //! - `exchange`, `zone`, `settle`, `ties`, `extreme`: minimum zones, circumscribed and inscribed features;
 //! - `noise`, `reach`: how far noise reaches, and how exactly such features are known;
 //! - `auto`: which type points are of.
@@ -17,6 +17,7 @@ mod assess;
 mod association;
 mod auto;
 mod condition;
+mod count;
 mod descend;
 mod element;
 mod error;
@@ -40,7 +41,10 @@ mod starts;
 mod student;
 mod terms;
 mod ties;
+mod together;
 mod tori;
+#[cfg(test)]
+mod trusted;
 mod zone;
 
 pub use asked::Asked;

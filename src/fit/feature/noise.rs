@@ -61,13 +61,16 @@ impl Noise {
 }
 
 /// The nearest place of the feature to a point, and the distances along its normals.
-struct Foot {
-    at: Vec3,
-    distances: [f64; 2],
+pub struct Foot {
+    /// The place.
+    pub at: Vec3,
+    /// The distances, of a surface one.
+    pub distances: [f64; 2],
 }
 
 impl Foot {
-    fn of(pose: &Pose, x: &Vec3) -> Self {
+    /// Beside `x`.
+    pub fn of(pose: &Pose, x: &Vec3) -> Self {
         let (mut at, mut distances, mut row) = (*x, [0.0; 2], 0);
         Gauge::of(pose).rows(x, |d, slopes| {
             // moving the feature along its normal brings it nearer by as much

@@ -21,14 +21,14 @@ const SMALL: f64 = 0.01;
 /// Most points that it is looked at on: some stand for more.
 const MOST: usize = 2000;
 
-/// The sizes, as places of a step, that the points tell less well than `covariance` says, which is that of the open places of `pose`;
-/// `sq` is the mean square of a distance, degrees of freedom taken off.
+/// The sizes, as numbers among the open places, that the points tell less well than `covariance` says, which is that of the open places of
+/// `pose`; `sq` is, for each, what the sum of squares rises by within one standard uncertainty.
 pub fn untold(
     pose: &Pose,
     points: &[Vec3],
     free: &Freedoms,
     covariance: &DMatrix<f64>,
-    sq: f64,
+    sq: impl Fn(usize) -> f64,
 ) -> Vec<usize> {
     let is_in_doubt = |&(a, slot): &(usize, usize)| {
         let of_size = if is_angle(pose, slot) { 1.0 } else { pose.size[slot - 6].abs() };
@@ -57,10 +57,10 @@ pub fn untold(
         let Some(start) = here.pose.stepped(&step) else { return true };
         let rest = Freedoms::of(free.slots().iter().copied().filter(|other| *other != slot));
         let there = descend(&start, &some, &rest, STEPS, GAIN);
-        there.is_none_or(|there| (there.cost - here.cost) * share >= K * K * sq)
+        there.is_none_or(|there| (there.cost - here.cost) * share >= K * K * sq(a))
     };
     let is_untold = |&(a, slot): &(usize, usize)| !rises(a, slot, 1.0) || !rises(a, slot, -1.0);
-    doubtful.iter().filter(|size| is_untold(size)).map(|s| s.1).collect()
+    doubtful.iter().filter(|size| is_untold(size)).map(|s| s.0).collect()
 }
 
 fn is_angle(pose: &Pose, slot: usize) -> bool {

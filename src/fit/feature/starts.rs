@@ -150,7 +150,7 @@ fn sphere(points: &[Vec3]) -> Vec<Pose> {
 }
 
 /// The cylinder about `w` from Kasa's circle.
-fn cylinder(points: &[Vec3], w: &Vec3) -> Option<Pose> {
+pub fn cylinder(points: &[Vec3], w: &Vec3) -> Option<Pose> {
     let (u, v) = perpendicular_frame(w);
     let (c, r) = kasa(points.iter().map(|p| [p.dot(&u), p.dot(&v)]))?;
     Some(Pose::with_axis(FeatureType::Cylinder, u * c[0] + v * c[1], *w, [r, 0.0, 0.0]))

@@ -142,7 +142,7 @@ impl Uncertainty {
         let pose = Pose::of(shape);
         let free = Fixed::default().freedoms(pose.kind);
         let covariance = in_lengths(shape, &self.of_freedoms);
-        let slots = untold(&pose, points, &free, &covariance, sq);
+        let places = untold(&pose, points, &free, &covariance, |_| sq);
         let name = |slot: usize| match (shape.family, slot) {
             (Family::Sphere | Family::Cylinder, _) => "radius",
             (Family::Cone, _) => "half_angle",
@@ -150,7 +150,7 @@ impl Uncertainty {
             (Family::Torus, _) => "minor_radius",
             _ => "semi_axes",
         };
-        let mut names: Vec<_> = slots.into_iter().map(name).collect();
+        let mut names: Vec<_> = places.into_iter().map(|a| name(free.slots()[a])).collect();
         names.dedup();
         names
     }
