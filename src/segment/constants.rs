@@ -3,7 +3,7 @@
 use crate::fit::constant::{Adjustable, Table};
 use crate::segment::{
     discover, family, finish, grow, hints, judge, label, layers, moves, objective, prepare, rcond,
-    report, sample,
+    report, sample, whole,
 };
 
 /// Those of each file, in the order of the rooms.

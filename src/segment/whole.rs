@@ -7,7 +7,7 @@ use crate::geometry::{Mat3, Vec3};
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::median::deviation;
 use crate::segment::monitor::Monitor;
-use crate::segment::objective::ACCEPT;
+use crate::segment::objective::{ACCEPT, GOOD};
 use crate::segment::prepare::even::even;
 use crate::segment::prepare::place::place;
 use crate::segment::prepare::scene::Scene;
@@ -39,8 +39,8 @@ pub struct Whole {
 /// The surface, of the type that tells the points in the fewest words, about which nearly all `points` scatter as noise
 /// does: normal, and alike only where they are nearer to each other than it is large. None where there is none.
 ///
-/// `most` is what they may scatter by, where that is known. Time of one fit, and of neighbours of points that lie as far apart as the noise.
-pub fn one_surface(points: &[Vec3], most: Option<f64>, monitor: &dyn Monitor) -> Option<Whole> {
+/// `noise` is what is known of it. Time of one fit, and of neighbours of points that lie as far apart as the noise.
+pub fn one_surface(points: &[Vec3], noise: Option<f64>, monitor: &dyn Monitor) -> Option<Whole> {
     let m = points.len().min(SAMPLE.get());
     let few: Vec<Vec3> = (0..m).map(|k| points[place(k, m, points.len())]).collect();
     let local = Local::of(&few).ok()?;
@@ -53,7 +53,7 @@ pub fn one_surface(points: &[Vec3], most: Option<f64>, monitor: &dyn Monitor) ->
     let square = distances.iter().map(|d| d * d).sum::<f64>() / points.len() as f64;
     let sigma = (square * m as f64 / freedom).sqrt();
     // Whoever gives the noise means it.
-    if most.is_some_and(|most| sigma > most) {
+    if noise.is_some_and(|given| sigma * sigma > GOOD.get() * given * given) {
         return None;
     }
     let near = |d: &f64| d.abs() <= ACCEPT.get() * sigma;
