@@ -61,7 +61,7 @@ pub fn find<'a>(
     let mut noise = first.noise;
     let Layer { scene, mut shapes, mut labels, mut reaches, mut sigmas, counters, .. } =
         layers::with_rougher(first, &points, parameters, monitor)?;
-    if shapes.is_empty()
+    if labels.iter().all(|l| *l < 0)
         && let Some(Whole { shape, sigma, labels: all }) =
             one_surface(&points, parameters.noise_sigma, monitor)
     {
