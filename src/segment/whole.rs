@@ -2,7 +2,7 @@
 
 use crate::fit::constant::constants;
 use crate::fit::feature::{Fixed, Local, least, simplest};
-use crate::fit::{Family, Ruler, Shape};
+use crate::fit::{Ruler, Shape};
 use crate::geometry::{Mat3, Vec3};
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::median::deviation;
@@ -20,7 +20,7 @@ constants! {
     /// Sigmas between points whose noise is judged: nearer ones are near because their noise is alike.
     APART: f64 = 2.0, Trial(2.0, 2.0);
     /// Sigmas that a surface reaches at least in its second direction: less, and it is no wider than thick.
-    WIDE: f64 = 5.0, Trial(5.0, 5.0);
+    WIDE: f64 = 3.0, Derived("noise reaches three sigmas");
     /// Standard deviation from the median over that from squares up to which residuals are noise.
     EVENLY: f64 = 1.13, Derived("half way from the 1 of normal residuals to the 1.28 of those spread evenly, as in a volume");
     /// Points that tell so much at least.
@@ -59,22 +59,21 @@ pub fn one_surface(points: &[Vec3], noise: Option<f64>, monitor: &dyn Monitor) -
     let near = |d: &f64| d.abs() <= ACCEPT.get() * sigma;
     let within = distances.iter().filter(|d| near(d)).count() as f64;
     let evenly = deviation(distances.iter().copied())? > EVENLY.get() * sigma;
-    if within < ALL.get() * points.len() as f64 || evenly || !is_wide(&few, &shape, sigma) {
+    if within < ALL.get() * points.len() as f64 || evenly || !is_wide(&few, sigma) {
         return None;
     }
     let labels = distances.iter().map(|d| if near(d) { 0 } else { -1 }).collect();
     is_white(points, &shape, sigma, monitor).then_some(Whole { shape, sigma, labels })
 }
 
-/// Whether points reach further than their noise in two directions, and the surface bends less than that.
-fn is_wide(points: &[Vec3], shape: &Shape, sigma: f64) -> bool {
+/// Whether points reach further than their noise in two directions.
+fn is_wide(points: &[Vec3], sigma: f64) -> bool {
     let n = points.len() as f64;
     let mean = points.iter().sum::<Vec3>() / n;
     let scatter: Mat3 = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
     let mut variances: [f64; 3] = (scatter / n).symmetric_eigenvalues().into();
     variances.sort_by(f64::total_cmp);
-    let least = WIDE.get() * sigma;
-    variances[1] > least * least && (shape.family == Family::Plane || shape.min_radius() > least)
+    variances[1] > (WIDE.get() * sigma).powi(2)
 }
 
 /// Whether residuals of points that lie further apart than the noise have nothing in common.
@@ -93,6 +92,7 @@ fn is_white(points: &[Vec3], shape: &Shape, sigma: f64, monitor: &dyn Monitor) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::Family;
     use crate::fit::fits::Random;
     use crate::segment::Silent;
     use crate::segment::fixtures::ordered;
