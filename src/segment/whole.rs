@@ -4,6 +4,7 @@ use crate::fit::constant::constants;
 use crate::fit::feature::{Fixed, Local, least, simplest};
 use crate::fit::{Ruler, Shape};
 use crate::geometry::{Mat3, Vec3};
+use crate::segment::judge::parabola::is_parabolic;
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::median::deviation;
 use crate::segment::monitor::Monitor;
@@ -46,7 +47,7 @@ pub fn one_surface(points: &[Vec3], noise: Option<f64>, monitor: &dyn Monitor) -
     let local = Local::of(&few).ok()?;
     let kind = simplest(&local.points, &Fixed::default()).ok()?;
     let pose = least(kind, &local.points, &Fixed::default()).ok()?.pose;
-    let shape = local.world(&pose).shape()?;
+    let shape = local.world(&pose).shape().filter(|s| !is_parabolic(s))?;
     let ruler = Ruler::of(&shape);
     let distances: Vec<f64> = points.iter().map(|p| ruler.distance(p)).collect();
     let freedom = m.checked_sub(shape.family.dof()).filter(|f| *f > 0)? as f64;
