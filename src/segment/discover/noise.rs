@@ -19,7 +19,7 @@ constants! {
 /// Robust sigma of all labelled points about their surfaces, no less than rounding makes it.
 ///
 /// On a level of steps most points leave nothing: spread over the step they lie as they did before they were rounded. What comes
-/// out is 0.94 to 1.28 of the whole scatter, the latter where that is rounding alone.
+/// out is 0.9 to 1.28 of the whole scatter, the latter where that is rounding alone.
 pub fn residual_sigma(scene: &Scene, model: &Partition) -> Option<f64> {
     let labelled = model.labels.iter().zip(&scene.points).filter(|(l, _)| **l >= 0);
     let n = labelled.clone().count();
@@ -77,7 +77,7 @@ mod tests {
             let model = partition(vec![plane(Vec3::zeros(), Vec3::z())], vec![0; scene.len()]);
             let whole = SIGMA.hypot(step / 12_f64.sqrt());
             let found = residual_sigma(&scene, &model).unwrap();
-            assert!((0.92..1.3).contains(&(found / whole)), "{step}: {found} {whole}");
+            assert!((0.9..1.3).contains(&(found / whole)), "{step}: {found} {whole}");
         }
     }
 }
