@@ -4,7 +4,7 @@ use crate::fit::constant::constants;
 use crate::fit::feature::{Fixed, Local, least, simplest};
 use crate::fit::{Ruler, Shape};
 use crate::geometry::{Mat3, Vec3};
-use crate::segment::judge::parabola::is_parabolic;
+use crate::segment::judge::parabola::{is_open, is_parabolic};
 use crate::segment::judge::whiteness::{correlated, correlation};
 use crate::segment::median::deviation;
 use crate::segment::monitor::Monitor;
@@ -55,6 +55,9 @@ pub fn one_surface(points: &[Vec3], noise: Option<f64>, monitor: &dyn Monitor) -
     let sigma = (square * m as f64 / freedom).sqrt();
     // Whoever gives the noise means it.
     if noise.is_some_and(|given| sigma * sigma > GOOD.get() * given * given) {
+        return None;
+    }
+    if is_open(&shape, &few, sigma) {
         return None;
     }
     let near = |d: &f64| d.abs() <= ACCEPT.get() * sigma;

@@ -1,3 +1,14 @@
+use super::kind::FeatureType;
+use super::pose::Pose;
+use crate::geometry::{Vec3, perpendicular_frame};
+
+/// The cylinder about `w` from Kasa's circle.
+pub fn cylinder(points: &[Vec3], w: &Vec3) -> Option<Pose> {
+    let (u, v) = perpendicular_frame(w);
+    let (c, r) = kasa(points.iter().map(|p| [p.dot(&u), p.dot(&v)]))?;
+    Some(Pose::with_axis(FeatureType::Cylinder, u * c[0] + v * c[1], *w, [r, 0.0, 0.0]))
+}
+
 /// Centre and radius of Kasa's circle: the least sum of (q.q - 2 c.q - k)2.
 pub fn kasa(points: impl Iterator<Item = [f64; 2]> + Clone) -> Option<([f64; 2], f64)> {
     let n = points.clone().count() as f64;

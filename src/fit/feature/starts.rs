@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::fixed::Fixed;
-use super::kasa::kasa;
+use super::kasa::{cylinder, kasa};
 use super::kind::FeatureType;
 use super::pose::Pose;
 use super::rows::Gauge;
@@ -147,13 +147,6 @@ fn sphere(points: &[Vec3]) -> Vec<Pose> {
         found.push(Pose::with_axis(FeatureType::Sphere, mean + c, Vec3::z(), size));
     }
     found
-}
-
-/// The cylinder about `w` from Kasa's circle.
-pub fn cylinder(points: &[Vec3], w: &Vec3) -> Option<Pose> {
-    let (u, v) = perpendicular_frame(w);
-    let (c, r) = kasa(points.iter().map(|p| [p.dot(&u), p.dot(&v)]))?;
-    Some(Pose::with_axis(FeatureType::Cylinder, u * c[0] + v * c[1], *w, [r, 0.0, 0.0]))
 }
 
 /// Cones about `w`: x2 + y2 = 2 a x + 2 b y + A z2 + B z + C with A = t2, B = 2 r t, C = r2 - a2 - b2, t the tangent of

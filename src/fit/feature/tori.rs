@@ -1,10 +1,9 @@
 //! Starts of tori.
 
-use super::kasa::kasa;
+use super::kasa::{cylinder, kasa};
 use super::kind::FeatureType;
 use super::pose::Pose;
 use super::rows::Gauge;
-use super::starts::cylinder;
 use crate::geometry::{Vec3, perpendicular_frame};
 
 /// Distances of the centre from the middle of the points that are tried, in units of their size, for pieces of which
@@ -104,7 +103,8 @@ mod tests {
             let axis = Vec3::new(random.normal(), random.normal(), random.normal());
             let turn = Pose::with_axis(FeatureType::Torus, Vec3::zeros(), axis, [0.0; 3]).frame;
             let point = |_| {
-                let (angle, t) = (random.uniform(-0.26, 0.26), random.uniform(0.0, 6.2832));
+                let (angle, t) =
+                    (random.uniform(-0.26, 0.26), random.uniform(0.0, std::f64::consts::TAU));
                 let tube = 3.0 + 0.005 * random.normal();
                 let rho = 10.0 + tube * t.cos();
                 turn * Vec3::new(rho * angle.cos(), rho * angle.sin(), tube * t.sin())

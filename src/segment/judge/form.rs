@@ -3,16 +3,14 @@
 //! Noise that is not independent from point to point leaves surfaces what they are: growth from anywhere on one ends
 //! with the same points once it reckons with all of it. On freeform each slides to where its seed lay, at any scatter.
 
-use crate::fit::Ruler;
 use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::Search;
 use crate::segment::judge::parabola::is_parabolic;
-use crate::segment::judge::scatter::{LEVEL, ROUGH, in_common, most, scatter, typical};
+use crate::segment::judge::scatter::{LEVEL, ROUGH, far_less, in_common, most, scatter, typical};
 use crate::segment::judge::stability::{judged, rescued};
 use crate::segment::judge::whiteness::{correlated, correlation};
-use crate::segment::median::deviation;
 use crate::segment::objective::{CORRELATED, HALF, PART};
 use crate::segment::partition::{Partition, members};
 use crate::segment::prepare::scene::Scene;
@@ -23,10 +21,6 @@ constants! {
     FORM_SAMPLE: usize = 16, Effort("hypotheses after which the form is judged");
     /// Mean correlation of settled surfaces' residuals beyond which these go together: else hardly any is left.
     SEEN: f64 = 0.035, Trial(0.035, 0.035);
-    /// Scatter of a surface over the noise below which the noise is not its own.
-    FAR_LESS: f64 = 0.2, Trial(0.2, 0.2);
-    /// Points that tell how much of a surface's scatter is rounding.
-    ROUNDED: usize = 64, Effort("points looked at");
     /// Scatter over that of finer surfaces from which on these are found by themselves first.
     FAR: f64 = 3.0, Trial(3.0, 3.0);
 }
@@ -119,24 +113,6 @@ fn sound(scene: &Scene, families: &Families, mut found: Vec<Hypothesis>) -> Vec<
     let more = |h: &Hypothesis| correlated(h.correlation, families.common, h.support.len());
     found.iter_mut().for_each(|h| h.sound = !more(h) && !is_parabolic(&h.shape));
     rescued(scene, families, found)
-}
-
-/// The scatter of a surface that has a good part of the points, where it is far less than the noise: that was estimated from
-/// patches in which outliers, or another surface, lie among the neighbours.
-fn far_less(scene: &Scene, families: &Families, found: &[Hypothesis]) -> Option<f64> {
-    let scatter = |h: &Hypothesis| {
-        let is_large = h.sound && h.support.len() as f64 > PART.get() * scene.len() as f64;
-        let ruler = Ruler::of(&h.shape);
-        let points = h.support.iter().map(|&i| &scene.points[i as usize]);
-        let few = points.clone().step_by(h.support.len().div_ceil(ROUNDED.get()).max(1));
-        let distances = points.map(|p| ruler.distance(p));
-        let own = is_large.then(|| deviation(distances)).flatten()?;
-        // On a level of steps next to nothing is left.
-        Some(own.max(scene.rounding(few.map(|p| (&h.shape, p)))))
-    };
-    let least = found.iter().filter_map(scatter).reduce(f64::min)?;
-    let sigma = least.max(families.floor);
-    (sigma < FAR_LESS.get() * families.sigma).then_some(sigma)
 }
 
 /// Whether what settled surfaces leave of their points goes together.

@@ -79,6 +79,11 @@ fn is_known(shape: &Shape, axis: usize, points: &[Vec3], sigma: f64) -> bool {
     variance.is_finite() && variance.sqrt() < 1.0 / FAR.get()
 }
 
+/// Whether an elliptic shape is as good as a parabola where `points` lie, which scatter by `sigma`.
+pub fn is_open(shape: &Shape, points: &[Vec3], sigma: f64) -> bool {
+    far_axis(shape, points).is_some_and(|k| !is_known(shape, k, points, sigma))
+}
+
 /// Whether an elliptic shape is so long that it is a parabola where its points lie: what growth makes of an edge
 /// with both its faces, or of a fillet beside its own.
 pub fn is_parabolic(shape: &Shape) -> bool {
@@ -145,7 +150,7 @@ mod tests {
                 Vec3::from(shape.frame * Vec3::new(x, y, random.uniform(0.0, 50.0)))
             })
             .collect();
-        far_axis(&shape, &points).is_some_and(|k| !is_known(&shape, k, &points, sigma))
+        is_open(&shape, &points, sigma)
     }
 
     #[test]

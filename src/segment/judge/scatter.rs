@@ -1,11 +1,13 @@
 //! The scatter about surfaces, where it is more than the noise between neighbours.
 
+use crate::fit::Ruler;
 use crate::fit::constant::constants;
 use crate::segment::family::Families;
 use crate::segment::grow::hypothesis::Hypothesis;
 use crate::segment::grow::search::{Search, allowance};
 use crate::segment::judge::stability::judged;
-use crate::segment::objective::{CORRELATED, HALF, LITTLE, MOST};
+use crate::segment::median::deviation;
+use crate::segment::objective::{CORRELATED, HALF, LITTLE, MOST, PART};
 use crate::segment::prepare::scene::Scene;
 use crate::segment::{Cancelled, Monitor};
 
@@ -21,6 +23,10 @@ constants! {
     pub ROUGH: f64 = 0.02, Trial(0.02, 0.05);
     /// Seeds that tell whether a level is worth trying.
     LOOK: usize = 16, Effort("seeds tried");
+    /// Scatter of a surface over the noise below which the noise is not its own.
+    FAR_LESS: f64 = 0.2, Trial(0.2, 0.2);
+    /// Points that tell how much of a surface's scatter is rounding.
+    ROUNDED: usize = 64, Effort("points looked at");
 }
 
 /// From one scatter to the next.
@@ -59,6 +65,24 @@ pub struct Scatter {
 /// more; the better part where there is none (`dense`) or finer surfaces have been taken out.
 pub fn most(families: &Families, dense: bool) -> f64 {
     if dense || families.rougher { HALF.get() } else { MOST.get() }
+}
+
+/// The scatter of a surface that has a good part of the points, where it is far less than the noise: that was estimated from
+/// patches in which outliers, or another surface, lie among the neighbours.
+pub fn far_less(scene: &Scene, families: &Families, found: &[Hypothesis]) -> Option<f64> {
+    let scatter = |h: &Hypothesis| {
+        let is_large = h.sound && h.support.len() as f64 > PART.get() * scene.len() as f64;
+        let ruler = Ruler::of(&h.shape);
+        let points = h.support.iter().map(|&i| &scene.points[i as usize]);
+        let few = points.clone().step_by(h.support.len().div_ceil(ROUNDED.get()).max(1));
+        let distances = points.map(|p| ruler.distance(p));
+        let own = is_large.then(|| deviation(distances)).flatten()?;
+        // On a level of steps next to nothing is left.
+        Some(own.max(scene.rounding(few.map(|p| (&h.shape, p)))))
+    };
+    let least = found.iter().filter_map(scatter).reduce(f64::min)?;
+    let sigma = least.max(families.floor);
+    (sigma < FAR_LESS.get() * families.sigma).then_some(sigma)
 }
 
 /// Looks for surfaces at rising scatters among the points that are not `taken`; these must then be a good part of the
