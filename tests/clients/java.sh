@@ -15,5 +15,5 @@ public @interface Generated {
 }
 JAVA
 find $sources -name '*.java' > sources
-javac -nowarn -proc:none -d classes -cp "$classes" @sources
+javac -nowarn -parameters -proc:none -d classes -cp "$classes" @sources
 java -cp "classes:$classes" tried.Try "$url" cloud.xyz

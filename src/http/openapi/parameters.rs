@@ -83,14 +83,13 @@ pub fn schema(spec: &ParameterSpec) -> Schema {
         ParameterKind::Columns { max } => ArrayBuilder::new()
             .items(integer(ObjectBuilder::new().schema_type(Type::Integer), 1, max))
             .min_items(Some(3))
+            // distinct, which generators for Java make sets of that their forms cannot count through
             .max_items(Some(3))
-            .unique_items(true)
             .into(),
         ParameterKind::Regions { most } => ArrayBuilder::new()
             .items(integer(ObjectBuilder::new().schema_type(Type::Integer), 0, u32::MAX.into()))
             .min_items(Some(1))
             .max_items(Some(most))
-            .unique_items(true)
             .into(),
         ParameterKind::Hints { max } => ArrayBuilder::new()
             .items(Ref::from_schema_name(Hint::name()))
