@@ -80,10 +80,10 @@ pub fn schema(spec: &ParameterSpec) -> Schema {
             .min_items(Some(3))
             .max_items(Some(3))
             .into(),
+        // Items are distinct, but `uniqueItems` makes a Set in Java, which its clients then read by index in forms.
         ParameterKind::Columns { max } => ArrayBuilder::new()
             .items(integer(ObjectBuilder::new().schema_type(Type::Integer), 1, max))
             .min_items(Some(3))
-            // distinct, which generators for Java make sets of that their forms cannot count through
             .max_items(Some(3))
             .into(),
         ParameterKind::Regions { most } => ArrayBuilder::new()
