@@ -70,11 +70,8 @@ pub fn hypotheses(
     if common && !seen && !clear(&found) && open < HALF.get() {
         return Ok(Looked::Suspected(found));
     }
-    if common && explained(&found, scene.len()) > PART.get() {
-        let found = judged(scene, families, found.clone());
-        if explained(&found, scene.len()) > PART.get() {
-            return Ok(Looked::Found(found, false));
-        }
+    if common && let Some(finer) = finer(scene, families, &found) {
+        return Ok(Looked::Found(finer, false));
     }
     let little = if is_given && !families.rougher { HALF.get() } else { ROUGH.get() };
     if !common && open < little {
@@ -128,8 +125,15 @@ pub fn is_seen(scene: &Scene, model: &Partition, sigma: f64) -> bool {
     sum > SEEN.get() * points
 }
 
-/// Share of `n` points that lie in sound hypotheses. Where that is a good part, residuals go together on what is rougher than
-/// the surfaces that these are.
+/// The hypotheses, judged, where sound ones explain a good part of the scene: residuals go together on what is rougher than the
+/// surfaces that these are.
+fn finer(scene: &Scene, families: &Families, found: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
+    let is_good = |found: &[Hypothesis]| explained(found, scene.len()) > PART.get();
+    let found = is_good(found).then(|| judged(scene, families, found.to_vec()))?;
+    is_good(&found).then_some(found)
+}
+
+/// Share of `n` points that lie in sound hypotheses.
 fn explained(found: &[Hypothesis], n: usize) -> f64 {
     let sound = found.iter().filter(|h| h.sound);
     taken(sound, n).iter().filter(|t| **t).count() as f64 / n as f64
