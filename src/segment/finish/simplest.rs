@@ -99,9 +99,8 @@ fn nested(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
         }
         // A tube whose axis hardly bends, a sheet; a neck or a barrel that hardly narrows.
         Family::Torus => {
-            let mut simpler = about_axis(s, centroid);
-            simpler.extend([straightened(s, centroid), plane()]);
-            simpler
+            let simpler = [straightened(s, centroid), plane()];
+            about_axis(s, centroid).into_iter().chain(simpler).collect()
         }
         Family::Plane => Vec::new(),
     }
@@ -136,23 +135,19 @@ fn stretched(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
     vec![elliptic, Shape { family: Family::Cylinder, size: [radius, 0.0, 0.0], ..elliptic }]
 }
 
-/// The cone, or cylinder, about a torus's axis that touches it where its points lie. None where it is flat there.
-fn about_axis(s: &Shape, centroid: &Vec3) -> Vec<Shape> {
+/// The cone about a torus's axis that touches it where its points lie. None where it is flat there.
+fn about_axis(s: &Shape, centroid: &Vec3) -> Option<Shape> {
     let (q, w, o) = (centroid - s.origin, s.w(), s.offset(centroid));
     let height = q.dot(&w);
     let radial = (q - w * height).normalize();
     let (out, up) = (o.normal.dot(&radial), o.normal.dot(&w));
     let radius = (q - o.normal * o.distance).dot(&radial);
     if out.abs() < FRAC_1_SQRT_2 || radius <= 0.0 {
-        return Vec::new();
+        return None;
     }
     let size = [radius, (-up / out).atan(), 0.0];
-    vec![Shape {
-        family: Family::Cone,
-        origin: s.origin + w * (height - o.distance * up),
-        size,
-        ..*s
-    }]
+    let origin = s.origin + w * (height - o.distance * up);
+    Some(Shape { family: Family::Cone, origin, size, ..*s })
 }
 
 /// The cylinder along a torus's tube where its points lie.
@@ -193,13 +188,13 @@ mod tests {
         for (size, at) in [([30.0, 20.0, 0.0], 12.0), ([10.0, 500.0, 0.0], 510.0)] {
             let torus = Shape::with_axis(Family::Torus, Vec3::new(1.0, 2.0, 3.0), Vec3::z(), size);
             let centroid = torus.origin + Vec3::new(at, 0.0, 3.0);
-            let [cone] = about_axis(&torus, &centroid)[..] else { panic!("{size:?}") };
+            let cone = about_axis(&torus, &centroid).unwrap();
             let (own, other) = (cone.offset(&centroid), torus.offset(&centroid));
             assert!((own.distance.abs() - other.distance.abs()).abs() < 1e-9, "{own:?} {other:?}");
             assert!(own.normal.cross(&other.normal).norm() < 1e-9, "{own:?} {other:?}");
         }
         let rim = Shape::with_axis(Family::Torus, Vec3::zeros(), Vec3::z(), [30.0, 2.0, 0.0]);
-        assert!(about_axis(&rim, &Vec3::new(30.1, 0.0, 2.0)).is_empty());
+        assert!(about_axis(&rim, &Vec3::new(30.1, 0.0, 2.0)).is_none());
     }
 
     #[test]
